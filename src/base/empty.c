@@ -1,0 +1,1 @@
+typedef int lmn_empty;

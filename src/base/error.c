@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "base/error.h"
+
+#include <stdio.h>
+
+lmn_status fail(struct error *err, lmn_status status, const char *format, ...)
+{
+    if (!err) return status;
+    va_list args;
+    va_start(args, format);
+    vsnprintf(err->text, sizeof err->text, format, args);
+    va_end(args);
+    return status;
+}
+
+lmn_status fail_memory(struct error *err, const char *what)
+{
+    return fail(err, LMN_ERR_MEMORY, "not enough memory for %s", what);
+}

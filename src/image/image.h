@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef IMAGE_IMAGE_H
+#define IMAGE_IMAGE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/error.h"
+
+enum { IMAGE_NAME_SIZE = 48, IMAGE_MAX_SIDE = 32768, IMAGE_MAX_CHANNELS = 128 };
+
+struct image_attribute {
+    char *name, *value; /* owned */
+};
+
+/*
+ * Floats with named channels. data[(y * width + x) * n_channels + c], top row first; linear
+ * radiance for colour. {0} is a valid empty image.
+ */
+struct image {
+    uint32_t width, height, n_channels;
+    char (*names)[IMAGE_NAME_SIZE]; /* n_channels, owned */
+    float *data;                    /* owned, zeroed by image_init() */
+    struct image_attribute *attributes;
+    uint32_t n_attributes;
+};
+
+/* names may be NULL: then "R" | "Y", "A" | "R","G","B" | "R","G","B","A" by count. */
+lmn_status image_init(struct image *im, uint32_t width, uint32_t height, uint32_t n_channels,
+                      const char *const *names, struct error *err);
+void image_release(struct image *im);
+lmn_status image_set_attribute(struct image *im, const char *name, const char *value,
+                               struct error *err);
+
+/* Index of the channel of that name, or -1. */
+int image_channel(const struct image *im, const char *name);
+
+/* EXR, PNG, JPEG, PFM, by content (never by extension). 8 and 16 bit files are sRGB-decoded. */
+lmn_status image_load(const char *path, struct image *out, struct error *err);
+
+/* By extension, or by `format` ("exr", "png", "pfm") when not NULL. PNG: sRGB(clamp(exposure * RGB)). */
+lmn_status image_save(const struct image *im, const char *path, const char *format,
+                      double exposure, struct error *err);
+
+/*
+ * A picture as a texture needs it: 8-bit files stay 8-bit (a quarter of the memory), float files
+ * stay float. Channels interleaved, top row first, values as stored (no colour decoding).
+ */
+struct bitmap {
+    uint32_t width, height, n_channels; /* 1 to 4 */
+    uint8_t *u8;                        /* one of the two is set; owned */
+    float *f32;
+};
+
+lmn_status bitmap_load(const char *path, struct bitmap *out, struct error *err);
+void bitmap_release(struct bitmap *b);
+
+/* sRGB transfer curve (IEC 61966-2-1), on [0,1]. */
+float srgb_encode(float linear);
+float srgb_decode(float encoded);
+
+#endif

@@ -16,16 +16,16 @@ struct error {
 };
 
 /* Writes the text and returns `status`, so that a failing branch is one line. `err` may be NULL. */
-__attribute__((format(printf, 3, 4)))
-lmn_status fail(struct error *err, lmn_status status, const char *format, ...);
+__attribute__((format(printf, 3, 4))) lmn_status fail(struct error *err, lmn_status status,
+                                                      const char *format, ...);
 
 /* fail() for memory: `what` names the thing that did not fit. */
 lmn_status fail_memory(struct error *err, const char *what);
 
 /* Leaves through `done` with `status` set when the call fails. */
-#define TRY(call)                                                                                  \
-    do {                                                                                           \
-        if ((status = (call)) != LMN_OK) goto done;                                                \
+#define TRY(call)                                   \
+    do {                                            \
+        if ((status = (call)) != LMN_OK) goto done; \
     } while (0)
 
 #endif

@@ -7,8 +7,8 @@
 /*
  * A fixed set of threads that run one parallel loop at a time. The calling thread is worker 0.
  * Items are handed out one by one in order, so which worker runs which item is a matter of chance:
- * an item's result must depend on the item alone, and reductions run over items in order afterwards.
- * Workers run with flush-to-zero and denormals-are-zero set.
+ * an item's result must depend on the item alone, and reductions run over items in order
+ * afterwards. Workers run with flush-to-zero and denormals-are-zero set.
  */
 struct pool;
 

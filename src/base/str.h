@@ -18,8 +18,7 @@ struct str {
     bool failed;
 };
 
-__attribute__((format(printf, 2, 3)))
-void str_add(struct str *s, const char *format, ...);
+__attribute__((format(printf, 2, 3))) void str_add(struct str *s, const char *format, ...);
 void str_add_bytes(struct str *s, const void *bytes, size_t size);
 void str_release(struct str *s);
 

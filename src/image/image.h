@@ -39,9 +39,10 @@ int image_channel(const struct image *im, const char *name);
 /* EXR, PNG, JPEG, PFM, by content (never by extension). 8 and 16 bit files are sRGB-decoded. */
 lmn_status image_load(const char *path, struct image *out, struct error *err);
 
-/* By extension, or by `format` ("exr", "png", "pfm") when not NULL. PNG: sRGB(clamp(exposure * RGB)). */
-lmn_status image_save(const struct image *im, const char *path, const char *format,
-                      double exposure, struct error *err);
+/* By extension, or by `format` ("exr", "png", "pfm") when not NULL. PNG: sRGB(clamp(exposure *
+ * RGB)). */
+lmn_status image_save(const struct image *im, const char *path, const char *format, double exposure,
+                      struct error *err);
 
 /*
  * A picture as a texture needs it: 8-bit files stay 8-bit (a quarter of the memory), float files

@@ -9,14 +9,13 @@
 #include "base/error.h"
 
 /*
- * The paper's neural generator (Diolatzis et al. 2022, Sec. 6.1): a per-pixel network from buffers x
- * and configuration v to radiance, in the log1p domain.
+ * The paper's neural generator (Diolatzis et al. 2022, Sec. 6.1): a per-pixel network from buffers
+ * x and configuration v to radiance, in the log1p domain.
  *
  *   h0 = lrelu(Wp p + bp)                        3 -> W     p: position
- *   h1 = lrelu(W1 [h0, q] + b1)            W+13+D -> W     q: normal, position, wi, albedo, alpha, v
- *   h(k+1) = lrelu(Wk [hk, q] + bk)        W+13+D -> W     `depth` times
- *   y  = Wo [h, q] + bo                    W+13+D -> 3
- *   E = log1p(Le);  out_c = E_c > 1 ? E_c : y_c + E_c      per channel
+ *   h1 = lrelu(W1 [h0, q] + b1)            W+13+D -> W     q: normal, position, wi, albedo, alpha,
+ * v h(k+1) = lrelu(Wk [hk, q] + bk)        W+13+D -> W     `depth` times y  = Wo [h, q] + bo W+13+D
+ * -> 3 E = log1p(Le);  out_c = E_c > 1 ? E_c : y_c + E_c      per channel
  *
  * lrelu has slope 0.01. v is constant over a patch, so Wk's columns for v fold into one bias per
  * patch: exact, in training too.
@@ -25,7 +24,8 @@
  * order above, then b [n_out]. That is the order of the checkpoint.
  */
 
-/* What a pixel brings: emission 3 (radiance, linear) | normal 3 | position 3 | wi 3 | albedo 3 | alpha 1. */
+/* What a pixel brings: emission 3 (radiance, linear) | normal 3 | position 3 | wi 3 | albedo 3 |
+ * alpha 1. */
 enum { GENERATOR_INPUTS = 16 };
 
 struct generator_config {
@@ -48,11 +48,13 @@ void generator_free(struct generator *g);
 void generator_init(struct generator *g, uint64_t seed);
 
 size_t generator_n_weights(const struct generator *g);
-float *generator_weights(struct generator *g); /* [n_weights]; call generator_weights_changed() after writing */
+float *generator_weights(
+    struct generator *g); /* [n_weights]; call generator_weights_changed() after writing */
 void generator_weights_changed(struct generator *g);
 uint64_t generator_memory_size(const struct generator *g); /* bytes */
 
-/* out[n_pixels][3] = expm1(network) >= 0 clamp none: linear radiance. inputs [n_pixels][16], v [D]. */
+/* out[n_pixels][3] = expm1(network) >= 0 clamp none: linear radiance. inputs [n_pixels][16], v [D].
+ */
 void generator_render(const struct generator *g, const float *inputs, const float *v,
                       size_t n_pixels, float *out);
 
@@ -65,7 +67,8 @@ struct generator_batch {
 };
 
 struct generator_loss {
-    bool legacy_ssim; /* the authors' axes: the window slides over (column, colour), rows are channels */
+    bool legacy_ssim; /* the authors' axes: the window slides over (column, colour), rows are
+                         channels */
 };
 
 /*

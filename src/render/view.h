@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef RENDER_VIEW_H
+#define RENDER_VIEW_H
+
+#include "scene/scene.h"
+
+struct pool;
+
+/*
+ * A world holds what all configurations share: one Embree bottom-level structure per group, light
+ * tables of meshes. A view is one configuration, ready to trace: a state, a small top level over
+ * the instances, tables for choosing lights. Views of one world are independent: each worker may
+ * own one and set it to another configuration; one view may be traced by many threads at once.
+ */
+struct world;
+struct view;
+
+lmn_status world_new(const struct scene *scene, struct world **out, struct error *err);
+void world_free(struct world *w);
+
+/* The view starts at the scene's defaults. The world must outlive it. */
+lmn_status view_new(const struct world *w, struct view **out, struct error *err);
+void view_free(struct view *v);
+
+/* Sets the configuration u [n_variables] and gets ready to trace. Costs what changed; rebuilds only
+ * the top level, and only when an instance moved; allocates nothing. */
+void view_set(struct view *v, const float *u);
+
+const struct scene *view_scene(const struct view *v);
+const struct scene_state *view_state(const struct view *v);
+
+enum mis_kind { MIS_POWER, MIS_BALANCE };
+
+/* What to trace with; start from trace_settings_init(), which takes the scene's. */
+struct trace_settings {
+    uint32_t spp; /* rounded up to even when half-buffers are asked for */
+    int32_t max_depth, rr_depth;
+    bool hide_emitters;
+    enum mis_kind mis;
+    enum sampler_kind sampler;
+    enum filter_kind filter;
+    float filter_radius, filter_stddev;
+    uint64_t seed;
+};
+
+void trace_settings_init(struct trace_settings *t, const struct scene *s);
+
+/* A window (x, y, width, height) of a picture of full_width x full_height pixels. A window's pixels
+ * are the same bytes as those of the whole picture: filters are importance-sampled per pixel
+ * (Ernst et al. 2006), never splatted. */
+struct window {
+    uint32_t full_width, full_height;
+    uint32_t x, y, width, height;
+};
+
+/* Per-pixel buffers of the first hit, averaged over samples by the pixel filter (ids: first
+ * sample). */
+enum buffer_channel {
+    BUFFER_POSITION = 0,   /* xyz, scene units */
+    BUFFER_NORMAL = 3,     /* shading normal */
+    BUFFER_GEO_NORMAL = 6, /* geometric normal */
+    BUFFER_ALBEDO =
+        9, /* as the paper's: diffuse reflectance; conductors and dielectrics: method notes 1.2 */
+    BUFFER_ROUGHNESS = 12, /* alpha; 1 for diffuse, 0 for perfectly smooth */
+    BUFFER_WO = 13,        /* towards the camera, world space, zero where nothing was hit */
+    BUFFER_WI = 16,        /* the paper's encoding of it: in the shading frame with fixed tangent,
+                              ((x+1)/2, (y+1)/2, |z|); zero on diffuse surfaces */
+    BUFFER_EMISSION = 19,  /* radiance */
+    BUFFER_DEPTH = 22,     /* distance from the camera; 0 where nothing was hit */
+    BUFFER_SHAPE_ID = 23,  /* index into scene->shapes + 1; 0: nothing */
+    BUFFER_PRIMITIVE_ID = 24,
+    BUFFER_CHANNELS = 25
+};
+extern const char *const buffer_channel_names[BUFFER_CHANNELS]; /* "position.X", ... */
+
+/* Where results go; row-major over the window. Any pointer may be NULL: that part is not computed
+ * (with color, half_a and half_b all NULL no light path is traced: buffers only). */
+struct trace_output {
+    float *color;           /* [height][width][3], mean of all samples: radiance */
+    float *half_a, *half_b; /* the same from the even and the odd samples */
+    float *buffers;         /* [height][width][BUFFER_CHANNELS] */
+};
+
+/* Traces a window on the calling thread. The picture is a function of (state, settings, pixel). */
+void view_trace(const struct view *v, const struct trace_settings *t, const struct window *w,
+                struct trace_output *out);
+
+/* The same with all workers of the pool, in tiles of 32x32. `progress` may be NULL; returns
+ * LMN_ERR_CANCELLED when it asks to stop. */
+lmn_status view_trace_parallel(const struct view *v, struct pool *pool,
+                               const struct trace_settings *t, const struct window *w,
+                               struct trace_output *out, lmn_progress_fn *progress,
+                               void *progress_user, struct error *err);
+
+const char *embree_version(void);
+
+#endif

@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef SCENE_SCENE_H
+#define SCENE_SCENE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/error.h"
+#include "base/mem.h"
+#include "image/image.h"
+#include "math/transform.h"
+
+/*
+ * A variable scene. What never changes (meshes, bitmaps, names) is in struct scene. Everything that
+ * a variable can change is in a struct scene_state: a few small arrays of plain values, so that a
+ * worker owns a copy, and changing a configuration writes only the values that are bound.
+ *
+ *   scene file -> reader -> builder -> struct scene (+ its default state)
+ *   u in [0,1]^D -> scene_apply() -> struct scene_state -> renderer
+ */
+
+enum { SCENE_NONE = 0x7FFFFFFF }; /* no such index */
+
+/* ---- Never changes ------------------------------------------------------------------------ */
+
+/* Triangles in the space of the group they belong to. Arrays are padded by 16 bytes for Embree. */
+struct mesh {
+    float *positions;  /* [n_vertices][3] */
+    float *normals;    /* [n_vertices][3] unit length, or NULL: the geometric normal is used */
+    float *uvs;        /* [n_vertices][2], or NULL: barycentric coordinates, as Mitsuba */
+    uint32_t *indices; /* [n_triangles][3] */
+    uint32_t n_vertices, n_triangles;
+};
+
+enum shape_kind {
+    SHAPE_MESH,   /* also rectangle, cube, obj, ply */
+    SHAPE_SPHERE, /* unit sphere at the origin under to_group (rotation, uniform scale, translation)
+                   */
+    SHAPE_DISK    /* unit disk in z = 0, normal +z, under to_group */
+};
+
+struct shape {
+    const char *name; /* id, or a made-up one; unique */
+    enum shape_kind kind;
+    uint32_t mesh;             /* SHAPE_MESH: into scene->meshes */
+    struct transform to_group; /* SHAPE_SPHERE, SHAPE_DISK; identity for meshes (baked in) */
+    uint32_t emitter;          /* area light, into state->emitters, or SCENE_NONE */
+    bool flip_normals;
+};
+
+/* Shapes that move together: one bottom-level acceleration structure. */
+struct group {
+    const char *name;
+    uint32_t first_shape, n_shapes; /* a run of scene->shapes */
+};
+
+/* ---- Can change: the state ----------------------------------------------------------------- */
+
+enum texture_kind { TEXTURE_CONSTANT, TEXTURE_BITMAP, TEXTURE_CHECKERBOARD };
+enum texture_filter { TEXTURE_BILINEAR, TEXTURE_NEAREST };
+enum texture_wrap { TEXTURE_REPEAT, TEXTURE_MIRROR, TEXTURE_CLAMP };
+
+/* Every colour or number that a surface varies over is a texture; most are constant. */
+struct texture {
+    enum texture_kind kind;
+    struct vec3 value;          /* CONSTANT: the value. Others: a factor on the result, usually 1 */
+    struct vec3 color0, color1; /* CHECKERBOARD */
+    float to_uv[2][3];          /* uv' = to_uv [u v 1] */
+    uint32_t bitmap;            /* BITMAP: into scene->bitmaps */
+    enum texture_filter filter;
+    enum texture_wrap wrap;
+    bool is_raw; /* no sRGB decoding of 8-bit bitmaps */
+};
+
+enum bsdf_kind {
+    BSDF_DIFFUSE,
+    BSDF_CONDUCTOR,
+    BSDF_ROUGH_CONDUCTOR,
+    BSDF_DIELECTRIC,
+    BSDF_ROUGH_DIELECTRIC,
+    BSDF_PLASTIC,
+    BSDF_TWOSIDED, /* child[0] seen from the front, child[1] from the back */
+    BSDF_MASK      /* child[0] where opacity, straight through elsewhere */
+};
+enum microfacet_kind { MICROFACET_BECKMANN, MICROFACET_GGX };
+
+/* Indices are into state->textures unless said otherwise; unused ones are SCENE_NONE. */
+struct bsdf {
+    enum bsdf_kind kind;
+    enum microfacet_kind distribution;
+    uint32_t reflectance; /* diffuse; plastic: diffuse_reflectance */
+    uint32_t specular_reflectance;
+    uint32_t specular_transmittance; /* dielectrics */
+    uint32_t alpha_u, alpha_v;       /* rough: x channel */
+    uint32_t eta_texture, k_texture; /* conductors: complex index of refraction, RGB */
+    float eta;                       /* dielectrics, plastic: int_ior / ext_ior */
+    bool is_nonlinear;               /* plastic */
+    uint32_t opacity;                /* mask */
+    uint32_t child[2];               /* into state->bsdfs */
+};
+
+enum emitter_kind { EMITTER_AREA, EMITTER_CONSTANT, EMITTER_ENVMAP, EMITTER_POINT };
+
+struct emitter {
+    enum emitter_kind kind;
+    uint32_t radiance;         /* AREA, CONSTANT: texture; POINT: intensity texture (constant) */
+    float scale;               /* factor on it; ENVMAP: on the bitmap */
+    uint32_t bitmap;           /* ENVMAP: latitude-longitude image, into scene->bitmaps */
+    struct transform to_world; /* ENVMAP: rotation; POINT: its origin is the position */
+};
+
+/* An instance places a group. Instance 0 is the group of everything that stays, at identity. */
+struct instance {
+    uint32_t group;
+    struct transform to_world;
+    bool is_visible;
+};
+
+enum fov_axis { FOV_X, FOV_Y, FOV_DIAGONAL, FOV_SMALLER, FOV_LARGER };
+
+/* A pinhole as Mitsuba's `perspective`: camera space looks along +z, +x is left, +y up. */
+struct sensor {
+    struct transform to_world;
+    float fov; /* degrees along fov_axis */
+    enum fov_axis fov_axis;
+    float near_clip, far_clip;
+};
+
+struct scene_state {
+    struct texture *textures;   /* [scene->n_textures] */
+    struct bsdf *bsdfs;         /* [scene->n_bsdfs] */
+    struct emitter *emitters;   /* [scene->n_emitters] */
+    struct instance *instances; /* [scene->n_instances] */
+    uint32_t *shape_bsdfs;      /* [scene->n_shapes] -> bsdfs */
+    struct sensor sensor;
+};
+
+/* ---- Film and integrator, as declared ------------------------------------------------------- */
+
+enum filter_kind { FILTER_BOX, FILTER_TENT, FILTER_GAUSSIAN };
+enum sampler_kind { SAMPLER_INDEPENDENT, SAMPLER_SOBOL };
+
+struct render_settings {
+    uint32_t width, height, spp;
+    int32_t max_depth; /* Mitsuba's `path`: 1 = emission only, -1 = no limit */
+    int32_t rr_depth;
+    bool hide_emitters;
+    enum filter_kind filter;
+    float filter_radius; /* box .5; tent 1; gaussian: cut off at 4 sigma */
+    float filter_stddev; /* gaussian */
+    enum sampler_kind sampler;
+    uint64_t seed;
+};
+
+/* ---- Parameters and variables ---------------------------------------------------------------- */
+
+enum param_type { PARAM_FLOAT, PARAM_RGB, PARAM_TRANSFORM, PARAM_TEXTURE, PARAM_BSDF, PARAM_BOOL };
+enum state_array {
+    STATE_TEXTURES,
+    STATE_BSDFS,
+    STATE_EMITTERS,
+    STATE_INSTANCES,
+    STATE_SHAPE_BSDFS,
+    STATE_SENSOR
+};
+
+/* A path and the place in the state that it names. */
+struct param {
+    const char *path;
+    enum param_type type;
+    enum state_array array;
+    uint32_t index;  /* element of the array */
+    uint32_t offset; /* bytes into the element */
+};
+
+void *param_in(const struct param *p, struct scene_state *state);
+
+/* One dimension of the space of configurations; public meaning in struct lmn_variable_info. */
+struct variable {
+    const char *name, *group, *kind, *unit, *targets;
+    double min, max, value; /* scene units */
+    uint32_t n_choices;     /* > 0: discrete, values 0 .. n_choices-1 */
+    const char *const *choices;
+};
+
+struct binding; /* how variables write into the state; src/scene/binding.h */
+
+struct bounds {
+    struct vec3 min, max;
+};
+
+struct scene {
+    struct arena arena; /* owns all below but bitmaps' pixels */
+    const char *path;
+    uint64_t hash;        /* of everything that changes an image */
+    struct bounds bounds; /* of the default state */
+
+    struct mesh *meshes;
+    struct shape *shapes;
+    struct group *groups;
+    struct bitmap *bitmaps;
+    uint32_t n_meshes, n_shapes, n_groups, n_bitmaps;
+
+    struct scene_state defaults;
+    uint32_t n_textures, n_bsdfs, n_emitters, n_instances;
+
+    struct render_settings settings;
+
+    struct param *params;
+    struct variable *variables;
+    struct binding *bindings;
+    uint32_t n_params, n_variables, n_bindings;
+};
+
+struct scene_load_options {
+    const char *const *defines; /* "name=value" */
+    uint32_t n_defines;
+    const char *variables_path; /* NULL: SCENE.variables.json when it is there */
+    lmn_note_fn *note;          /* told what was ignored; may be NULL */
+    void *note_user;
+};
+
+lmn_status scene_load(const char *path, const struct scene_load_options *options,
+                      struct scene **out, struct error *err);
+void scene_free(struct scene *s);
+
+/* A state of its own, equal to the defaults. Release with scene_state_release(). */
+lmn_status scene_state_init(const struct scene *s, struct scene_state *state, struct error *err);
+void scene_state_release(struct scene_state *state);
+
+/* Sets the configuration u [n_variables], each in [0,1] (a discrete variable takes
+ * min(floor(u * n), n - 1)). `state` must come from scene_state_init() of this scene. Writes only
+ * what is bound; allocates nothing. */
+void scene_apply(const struct scene *s, const float *u, struct scene_state *state);
+
+/* Scene units to u and back. */
+float variable_to_unit(const struct variable *v, double value);
+double variable_from_unit(const struct variable *v, float u);
+
+#endif

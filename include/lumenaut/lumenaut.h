@@ -33,13 +33,13 @@ extern "C" {
 /* ---- Status and context ------------------------------------------------------------------- */
 
 typedef enum lmn_status {
-    LMN_OK            = 0,
-    LMN_ERR_ARGUMENT  = -1, /* the caller broke the contract in this header, or named an unknown thing */
-    LMN_ERR_MEMORY    = -2,
-    LMN_ERR_IO        = -3, /* the message names the path and the reason */
-    LMN_ERR_PARSE     = -4, /* the message starts with file:line:column where it can */
-    LMN_ERR_DEVICE    = -5, /* a backend is missing or refused the work */
-    LMN_ERR_CANCELLED = -6  /* a progress callback asked to stop */
+    LMN_OK = 0,
+    LMN_ERR_ARGUMENT = -1, /* the caller broke this header's contract, or named an unknown thing */
+    LMN_ERR_MEMORY = -2,
+    LMN_ERR_IO = -3,       /* the message names the path and the reason */
+    LMN_ERR_PARSE = -4,    /* the message starts with file:line:column where it can */
+    LMN_ERR_DEVICE = -5,   /* a backend is missing or refused the work */
+    LMN_ERR_CANCELLED = -6 /* a progress callback asked to stop */
 } lmn_status;
 
 typedef struct lmn_context lmn_context;
@@ -56,9 +56,9 @@ typedef int lmn_progress_fn(void *user, double done, double total);
 typedef void lmn_note_fn(void *user, const char *text);
 
 typedef struct lmn_context_options {
-    uint32_t struct_size;  /* sizeof(lmn_context_options) */
-    uint32_t threads;      /* 0: every CPU in the process's affinity mask */
-    const char *cpu;       /* NULL: best found; "baseline", "avx2", "avx512" force a lower one */
+    uint32_t struct_size; /* sizeof(lmn_context_options) */
+    uint32_t threads;     /* 0: every CPU in the process's affinity mask */
+    const char *cpu;      /* NULL: best found; "baseline", "avx2", "avx512" force a lower one */
     lmn_progress_fn *progress; /* may be NULL */
     void *progress_user;
     lmn_note_fn *note; /* may be NULL */
@@ -75,11 +75,11 @@ LMN_API void lmn_context_free(lmn_context *context);
 LMN_API const char *lmn_context_message(const lmn_context *context);
 
 typedef struct lmn_info {
-    const char *version;       /* "0.1.0" */
-    const char *cpu_detected;  /* best instruction set of this machine */
-    const char *cpu_used;      /* the one in use */
+    const char *version;      /* "0.1.0" */
+    const char *cpu_detected; /* best instruction set of this machine */
+    const char *cpu_used;     /* the one in use */
     uint32_t threads;
-    const char *embree;        /* "3.13.5" */
+    const char *embree; /* "3.13.5" */
 } lmn_info;
 
 LMN_API void lmn_context_info(const lmn_context *context, lmn_info *out);
@@ -97,9 +97,9 @@ LMN_API uint32_t lmn_image_n_channels(const lmn_image *image);
 LMN_API const char *lmn_image_channel_name(const lmn_image *image, uint32_t channel);
 LMN_API float *lmn_image_data(lmn_image *image);
 
-/* Text that travels with the image (seed, spp, parameters): an EXR attribute or a PNG text chunk. */
-LMN_API lmn_status lmn_image_set_attribute(lmn_context *context, lmn_image *image,
-                                           const char *name, const char *value);
+/* Text that travels with the image (seed, parameters): an EXR attribute or a PNG text chunk. */
+LMN_API lmn_status lmn_image_set_attribute(lmn_context *context, lmn_image *image, const char *name,
+                                           const char *value);
 
 /* EXR, PNG, JPEG, PFM; by content. PNG and JPEG come back as linear radiance (sRGB decoded). */
 LMN_API lmn_status lmn_image_load(lmn_context *context, const char *path, lmn_image **out);
@@ -117,13 +117,13 @@ typedef struct lmn_metrics {
     double relmse; /* (p-g)^2 / (g^2 + 0.01), without the 0.1 % largest pixels */
     double mse;    /* (p-g)^2 */
     /* On T = sRGB(clamp(k L, 0, 1)), k = 1 / 99th percentile of the reference. */
-    double psnr;     /* dB */
-    double dssim;    /* 1 - SSIM, 11x11 Gaussian of sigma 1.5 */
-    double flip;     /* LDR-FLIP at 67 pixels per degree (Andersson et al. 2020) */
-    double flip_hdr; /* HDR-FLIP, ACES, automatic exposures (Andersson et al. 2021) */
-    double dssim_log; /* 1 - SSIM of log1p(L) */
+    double psnr;         /* dB */
+    double dssim;        /* 1 - SSIM, 11x11 Gaussian of sigma 1.5 */
+    double flip;         /* LDR-FLIP at 67 pixels per degree (Andersson et al. 2020) */
+    double flip_hdr;     /* HDR-FLIP, ACES, automatic exposures (Andersson et al. 2021) */
+    double dssim_log;    /* 1 - SSIM of log1p(L) */
     double dssim_legacy; /* as in the authors' code, whose window slides over (column, channel) */
-    double exposure; /* the k above */
+    double exposure;     /* the k above */
 } lmn_metrics;
 
 /* Compares the R, G, B channels of two images of one size. If error_map is not NULL, *error_map
@@ -162,15 +162,15 @@ LMN_API void lmn_scene_get_info(const lmn_scene *scene, lmn_scene_info *out);
 /* One number that can change: a dimension of the space of configurations. Variables that belong
  * together (the three channels of a colour, the box of a camera) share a group. */
 typedef struct lmn_variable_info {
-    const char *name;  /* "door", "wall.r", "camera.x" */
-    const char *group; /* "door", "wall", "camera" */
-    const char *kind;  /* "camera", "translate", "rotate", "scale", "color", "float", "choice",
-                          "visible", "envmap", "intensity" */
-    const char *unit;  /* "deg", "m", ""; never NULL */
+    const char *name;       /* "door", "wall.r", "camera.x" */
+    const char *group;      /* "door", "wall", "camera" */
+    const char *kind;       /* "camera", "translate", "rotate", "scale", "color", "float", "choice",
+                               "visible", "envmap", "intensity" */
+    const char *unit;       /* "deg", "m", ""; never NULL */
     double min, max, value; /* in scene units; value is the default */
     uint32_t n_choices;     /* > 0: a discrete variable with values 0 .. n_choices-1 */
     const char *const *choices; /* their names */
-    const char *targets; /* the parameter paths it drives, separated by spaces */
+    const char *targets;        /* the parameter paths it drives, separated by spaces */
 } lmn_variable_info;
 
 LMN_API lmn_status lmn_scene_get_variable(const lmn_scene *scene, uint32_t index,
@@ -202,16 +202,17 @@ LMN_API void lmn_scene_random_values(const lmn_scene *scene, uint64_t seed, uint
 
 typedef struct lmn_trace_options {
     uint32_t struct_size;
-    uint32_t width, height;                 /* 0: the scene's */
+    uint32_t width, height;                           /* 0: the scene's */
     uint32_t crop_x, crop_y, crop_width, crop_height; /* crop_width 0: everything */
-    uint32_t spp;                           /* 0: the scene's */
-    uint32_t has_max_depth, has_rr_depth;   /* 0: the scene's */
-    int32_t max_depth, rr_depth;            /* as Mitsuba's `path`; max_depth -1: unlimited */
+    uint32_t spp;                                     /* 0: the scene's */
+    uint32_t has_max_depth, has_rr_depth;             /* 0: the scene's */
+    int32_t max_depth, rr_depth; /* as Mitsuba's `path`; max_depth -1: unlimited */
     uint64_t seed;
-    uint32_t buffers;      /* 1: append position, normals, albedo, roughness, ... channels */
-    uint32_t half_buffers; /* 1: append "a.R".. and "b.R"..: two independent halves of the samples */
-    const char *sampler;   /* NULL: the scene's; "independent" or "sobol" */
-    const char *mis;       /* NULL: "power"; or "balance" */
+    uint32_t buffers; /* 1: append position, normals, albedo, roughness, ... channels */
+    uint32_t
+        half_buffers;    /* 1: append "a.R".. and "b.R"..: two independent halves of the samples */
+    const char *sampler; /* NULL: the scene's; "independent" or "sobol" */
+    const char *mis;     /* NULL: "power"; or "balance" */
 } lmn_trace_options;
 
 /* Path-traces one configuration. values: n_variables doubles, NULL for the defaults. options may be
@@ -223,9 +224,9 @@ LMN_API lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene,
 /* ---- Training ------------------------------------------------------------------------------ */
 
 enum {
-    LMN_EXPLORE_ACTIVE    = 0, /* Markov chains by loss x norm of the would-be Adam step */
-    LMN_EXPLORE_UNIFORM   = 1, /* the paper's baseline: large steps only, all accepted */
-    LMN_EXPLORE_LOSS_ONLY = 2  /* the paper's ablation: target function without the Adam step */
+    LMN_EXPLORE_ACTIVE = 0,   /* Markov chains by loss x norm of the would-be Adam step */
+    LMN_EXPLORE_UNIFORM = 1,  /* the paper's baseline: large steps only, all accepted */
+    LMN_EXPLORE_LOSS_ONLY = 2 /* the paper's ablation: target function without the Adam step */
 };
 
 /* Fill with lmn_train_options_init(), which gives the paper's values, then change what you need. */
@@ -233,24 +234,25 @@ typedef struct lmn_train_options {
     uint32_t struct_size;
     uint64_t seed;
     /* network (method: 8 hidden layers of 512) */
-    uint32_t width, depth;     /* features per layer; hidden layers besides the position layer and first */
+    uint32_t width,
+        depth; /* features per layer; hidden layers besides the position layer and first */
     /* optimiser */
-    double learning_rate;      /* 1e-4 */
-    uint32_t legacy_ssim;      /* 1: the authors' SSIM axes */
+    double learning_rate; /* 1e-4 */
+    uint32_t legacy_ssim; /* 1: the authors' SSIM axes */
     /* exploration */
-    uint32_t explore;          /* LMN_EXPLORE_* */
-    uint32_t n_chains;         /* 16 */
-    double large_step;         /* probability, 0.3 */
-    double step_min, step_max; /* Kelemen's s1 = 1/25, s2 = 1/20 */
+    uint32_t explore;            /* LMN_EXPLORE_* */
+    uint32_t n_chains;           /* 16 */
+    double large_step;           /* probability, 0.3 */
+    double step_min, step_max;   /* Kelemen's s1 = 1/25, s2 = 1/20 */
     uint32_t no_preconditioning; /* 1: plain gradient norm instead of the would-be Adam step */
     /* sample reuse */
     uint32_t no_reuse;
-    double reuse_bias;         /* beta of Eq. 5: 4.6 */
-    double reuse_ema;          /* 0.9 */
-    uint32_t reuse_warmup;     /* fresh batches before reuse may start: 100 */
-    uint32_t reuse_batch;      /* patches per replayed batch: 16 */
-    uint32_t replay_capacity;  /* patches: 100000, less when memory_mib says so */
-    uint32_t memory_mib;       /* bound of the replay memory: 1024 */
+    double reuse_bias;        /* beta of Eq. 5: 4.6 */
+    double reuse_ema;         /* 0.9 */
+    uint32_t reuse_warmup;    /* fresh batches before reuse may start: 100 */
+    uint32_t reuse_batch;     /* patches per replayed batch: 16 */
+    uint32_t replay_capacity; /* patches: 100000, less when memory_mib says so */
+    uint32_t memory_mib;      /* bound of the replay memory: 1024 */
     /* resolution */
     uint32_t no_growth;
     uint32_t patch_size;       /* 32 */
@@ -259,7 +261,7 @@ typedef struct lmn_train_options {
     uint32_t resolution_step;  /* 4 */
     uint32_t resolution_every; /* steps: 2000 */
     /* ground truth */
-    uint32_t spp;              /* 0: the scene's */
+    uint32_t spp; /* 0: the scene's */
     uint32_t has_max_depth, has_rr_depth;
     int32_t max_depth, rr_depth;
 } lmn_train_options;
@@ -277,18 +279,18 @@ LMN_API lmn_status lmn_trainer_resume(lmn_context *context, const lmn_scene *sce
 LMN_API void lmn_trainer_free(lmn_trainer *trainer);
 
 typedef struct lmn_train_stats {
-    uint64_t step;        /* optimiser steps so far */
-    double loss;          /* of the last batch */
+    uint64_t step;                    /* optimiser steps so far */
+    double loss;                      /* of the last batch */
     double loss_fresh, loss_replayed; /* averages of Eq. 5 */
     double reuse_probability;         /* p_s of Eq. 5 */
-    double acceptance;    /* of proposals, running average */
-    uint32_t resolution;  /* virtual resolution now */
-    uint32_t fresh;       /* 1: the last batch was traced, 0: replayed */
-    uint32_t batch;       /* patches in it */
-    uint64_t n_traced;    /* patches path-traced so far */
-    double cpu_s;         /* processor time divided by threads, over all runs of this training */
+    double acceptance;                /* of proposals, running average */
+    uint32_t resolution;              /* virtual resolution now */
+    uint32_t fresh;                   /* 1: the last batch was traced, 0: replayed */
+    uint32_t batch;                   /* patches in it */
+    uint64_t n_traced;                /* patches path-traced so far */
+    double cpu_s; /* processor time divided by threads, over all runs of this training */
     double trace_s, network_s; /* of it: path tracing, network */
-    uint64_t memory_bytes; /* the trainer's workspace, replay memory included */
+    uint64_t memory_bytes;     /* the trainer's workspace, replay memory included */
 } lmn_train_stats;
 
 /* One optimiser step: traces or replays a batch, then trains on it. stats may be NULL. */
@@ -315,17 +317,16 @@ LMN_API void lmn_model_free(lmn_model *model);
 
 /* What a model file says of itself; needs no scene. Free the strings with lmn_model_info_free(). */
 typedef struct lmn_model_info {
-    char *scene_path;      /* as given when training */
-    char *variables_path;  /* "" when the default was used */
-    char *config_json;     /* the training options */
-    char **defines;        /* n_defines strings "name=value" */
+    char *scene_path;     /* as given when training */
+    char *variables_path; /* "" when the default was used */
+    char *config_json;    /* the training options */
+    char **defines;       /* n_defines strings "name=value" */
     uint32_t n_defines;
     uint64_t scene_hash, step, n_weights;
     double cpu_s;
 } lmn_model_info;
 
-LMN_API lmn_status lmn_model_read_info(lmn_context *context, const char *path,
-                                       lmn_model_info *out);
+LMN_API lmn_status lmn_model_read_info(lmn_context *context, const char *path, lmn_model_info *out);
 LMN_API void lmn_model_info_free(lmn_model_info *info);
 
 typedef struct lmn_render_options {

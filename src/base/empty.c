@@ -1,1 +1,2 @@
+/* SPDX-License-Identifier: Apache-2.0 */
 typedef int lmn_empty;

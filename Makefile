@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+# The front door. Each target is a short script of scripts/; CMake presets do the building.
+export PATH
+
+.PHONY: help deps build demo test bench lint check-long peers references check-peers install clean
+
+help:
+	@echo 'make deps         install the Debian packages of packages.txt, when some are missing'
+	@echo 'make build        build/release/lumenaut'
+	@echo 'make demo         train the bundled scene for five minutes, then draw sheet and curves'
+	@echo 'make test         tests, house rules, sanitizers; ends with one line of counts'
+	@echo 'make bench        measure tracing, training and frames on this machine'
+	@echo 'make lint         the house rules alone (format, includes, headers, symbols, text)'
+	@echo 'make check-long   every test, all of them under ASan+UBSan, and TSan'
+	@echo 'make peers        .venv with the programs that we compare with (Mitsuba 3, PyTorch, ...)'
+	@echo 'make references   regenerate the small reference files of the tests from the peers'
+	@echo 'make check-peers  compare images, gradients and metrics with the peers afresh'
+	@echo 'make install      into PREFIX=/usr/local, with DESTDIR'
+	@echo 'make clean        remove build/'
+
+deps:
+	@sh scripts/deps.sh packages.txt
+
+build: deps
+	@sh scripts/build.sh release
+
+demo: build
+	@sh scripts/demo.sh
+
+test: deps
+	@sh scripts/test.sh
+
+lint: build
+	@sh scripts/test.sh --lint
+
+check-long: deps
+	@sh scripts/test.sh --long
+
+bench: build
+	@sh scripts/bench.sh
+
+peers:
+	@sh scripts/peers/setup.sh
+
+references: build peers
+	@sh scripts/references/run.sh
+
+check-peers: build peers
+	@sh scripts/peers/check.sh
+
+PREFIX ?= /usr/local
+install: build
+	@cmake --install build/release --prefix '$(PREFIX)'
+
+clean:
+	@rm -rf build

@@ -36,22 +36,33 @@ lmn_status image_set_attribute(struct image *im, const char *name, const char *v
 /* Index of the channel of that name, or -1. */
 int image_channel(const struct image *im, const char *name);
 
-/* EXR, PNG, JPEG, PFM, by content (never by extension). 8 and 16 bit files are sRGB-decoded. */
+/*
+ * EXR, PNG, JPEG, PFM, by content (never by extension). 8 and 16 bit files are sRGB-decoded, alpha
+ * excepted. Of an EXR: the first flat part (scan lines, or the full-size level of tiles), its data
+ * window; R, G, B, A first, then layer by layer. Text attributes come along from EXR and PNG.
+ */
 lmn_status image_load(const char *path, struct image *out, struct error *err);
 
-/* By extension, or by `format` ("exr", "png", "pfm") when not NULL. PNG: sRGB(clamp(exposure *
- * RGB)). */
+/*
+ * By extension, or by `format` ("exr", "png", "pfm") when not NULL; path "-" is standard output.
+ * EXR: scan lines, ZIP; R, G, B, A and the colours of the layers albedo and emission as half floats
+ * (unless a value is too large for one: then all as float), everything else as floats; attributes
+ * as text. PNG: 8 bit sRGB(clamp(exposure * RGB)), A as it is. PFM: RGB or Y, no attributes.
+ */
 lmn_status image_save(const struct image *im, const char *path, const char *format, double exposure,
                       struct error *err);
 
 /*
  * A picture as a texture needs it: 8-bit files stay 8-bit (a quarter of the memory), float files
- * stay float. Channels interleaved, top row first, values as stored (no colour decoding).
+ * stay float. Channels interleaved, top row first, values as stored (no colour decoding). 1: grey,
+ * 2: grey and alpha, 3: RGB, 4: RGB and alpha; other channels of an EXR are left out. Float values
+ * are finite.
  */
 struct bitmap {
     uint32_t width, height, n_channels; /* 1 to 4 */
     uint8_t *u8;                        /* one of the two is set; owned */
     float *f32;
+    bool is_srgb; /* colours are sRGB-encoded (PNG, JPEG), not linear (EXR, PFM) */
 };
 
 lmn_status bitmap_load(const char *path, struct bitmap *out, struct error *err);

@@ -225,6 +225,11 @@ lmn_status scene_load(const char *path, const struct scene_load_options *options
                       struct scene **out, struct error *err);
 void scene_free(struct scene *s);
 
+/* Of all that is visible in a configuration; infinite spans are left out, an empty scene is a
+ * point.
+ */
+struct bounds scene_bounds(const struct scene *s, const struct scene_state *state);
+
 /* A state of its own, equal to the defaults. Release with scene_state_release(). */
 lmn_status scene_state_init(const struct scene *s, struct scene_state *state, struct error *err);
 void scene_state_release(struct scene_state *state);

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "base/error.h"
+#include "nn/adam.h"
 
 /*
  * The paper's neural generator (Diolatzis et al. 2022, Sec. 6.1): a per-pixel network from buffers
@@ -29,10 +30,10 @@
 enum { GENERATOR_INPUTS = 16 };
 
 struct generator_config {
-    uint32_t n_variables; /* D, the length of v */
+    uint32_t n_variables; /* D, the length of v: 0 .. 65536 */
     uint32_t width;       /* W, 1 .. 1024 */
     uint32_t depth;       /* hidden layers after h1: the paper's 8; 0 .. 32 */
-    uint32_t patch_size;  /* side of training patches, 32 */
+    uint32_t patch_size;  /* side of training patches: 32; 0: no training, and no memory for it */
 };
 
 struct pool;
@@ -48,8 +49,10 @@ void generator_free(struct generator *g);
 void generator_init(struct generator *g, uint64_t seed);
 
 size_t generator_n_weights(const struct generator *g);
-float *generator_weights(
-    struct generator *g); /* [n_weights]; call generator_weights_changed() after writing */
+
+/* [n_weights]. Whoever writes to them calls generator_weights_changed() before the next call that
+ * uses them. */
+float *generator_weights(struct generator *g);
 void generator_weights_changed(struct generator *g);
 uint64_t generator_memory_size(const struct generator *g); /* bytes */
 
@@ -81,20 +84,6 @@ struct generator_loss {
  */
 void generator_gradient(struct generator *g, const struct generator_batch *batch,
                         const struct generator_loss *loss, float *losses, float *gradient);
-
-/* Adam's state; m and v are [n_weights], owned by the caller of adam_init(). */
-struct adam {
-    float *m, *v; /* owned, released by adam_release() */
-    size_t n;
-    uint64_t t; /* steps made */
-    double learning_rate, beta1, beta2, eps;
-};
-
-lmn_status adam_init(struct adam *a, size_t n, double learning_rate, struct error *err);
-void adam_release(struct adam *a);
-
-/* w -= lr * m^ / (sqrt(v^) + eps), as torch.optim.Adam. */
-void adam_step(struct adam *a, struct pool *pool, float *weights, const float *gradient);
 
 /*
  * For every patch alone: its loss, and the Euclidean norm over all weights of the step that Adam

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef TRAIN_OPTIONS_H
+#define TRAIN_OPTIONS_H
+
+#include "base/error.h"
+#include "base/json.h"
+
+/*
+ * What a training is told: lmn_train_options (meanings in lumenaut.h) with the paper's values as
+ * defaults. One table of fields serves defaults, checks, writing and reading.
+ */
+
+void options_init(lmn_train_options *o);
+
+/* Every value within its range, and values that go together; the message names the option. */
+lmn_status options_check(const lmn_train_options *o, struct error *err);
+
+/* Appends one member per option to the open object, in a fixed order. */
+void options_write(const lmn_train_options *o, struct json *j);
+
+/* Reads what options_write() wrote, from the text of one JSON object: unknown names, missing ones
+ * and values out of range are errors. `where` starts messages. */
+lmn_status options_read(const char *text, const char *where, lmn_train_options *o,
+                        struct error *err);
+
+#endif

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef TRAIN_PAINTER_H
+#define TRAIN_PAINTER_H
+
+#include "image/image.h"
+#include "train/model.h"
+
+/*
+ * Frames by the network: what model_render() and evaluation share. Works through the window in
+ * strips of rows: buffers of the strip (all workers), network inputs, network; so that memory does
+ * not grow with the picture.
+ */
+struct painter {
+    const struct workplace *place;
+    struct generator *generator; /* not owned */
+    struct view *view;           /* owned */
+    float *v;                    /* [n_variables]; owned, as all below */
+    float *buffers;              /* [PAINTER_PIXELS][BUFFER_CHANNELS] */
+    float *inputs;               /* [PAINTER_PIXELS][GENERATOR_INPUTS] */
+    float *color;                /* [PAINTER_PIXELS][3] */
+    uint64_t memory_size;
+};
+
+/* A strip is at least a row: no picture is wider than this. */
+enum { PAINTER_PIXELS = 65536, PAINTER_BUFFER_SPP = 16 };
+
+lmn_status painter_init(struct painter *p, const struct workplace *place,
+                        struct generator *generator, struct error *err);
+void painter_release(struct painter *p);
+
+/* As model_render(). */
+lmn_status painter_render(struct painter *p, const float *u,
+                          const struct model_render_options *options, struct image *out,
+                          double *render_s, lmn_progress_fn *progress, void *progress_user,
+                          struct error *err);
+
+#endif

@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef TRAIN_TRAINER_H
+#define TRAIN_TRAINER_H
+
+#include "nn/generator.h"
+#include "render/view.h"
+#include "train/history.h"
+
+struct pool;
+struct trainer;
+
+/*
+ * What training and rendering work on; everything is the caller's and must outlive what is made
+ * from it. path, variables_path and defines only travel in the model file, so that it can be opened
+ * by its own path alone.
+ */
+struct workplace {
+    const struct scene *scene;
+    const struct world *world;
+    struct pool *pool;
+    uint32_t cpu;               /* flags of base/cpu.h that kernels may use */
+    const char *scene_path;     /* as the user gave it */
+    const char *variables_path; /* NULL or "": the default */
+    const char *const *defines; /* "name=value" */
+    uint32_t n_defines;
+};
+
+/*
+ * The faithful method: the paper's network trained by Markov chains (explorer.h), the loss x
+ * would-be-Adam-step target function, reuse of samples (reuse.h, replay.h) and growing resolution.
+ * All memory is taken here, but for what trainer_eval() keeps.
+ */
+lmn_status trainer_new(const struct workplace *place, const lmn_train_options *options,
+                       struct trainer **out, struct error *err);
+
+/* Continues a checkpoint as if it had not stopped. Refuses a changed scene unless `force`. The
+ * processor time used so far comes from the metrics beside it (metrics_path()), 0 without them. */
+lmn_status trainer_resume(const struct workplace *place, const char *path, bool force,
+                          struct trainer **out, struct error *err);
+void trainer_free(struct trainer *t);
+
+/* One step of the optimiser. stats (may be NULL) as trainer_get_stats(). Fails only when the loss
+ * is no longer a number; the weights are then as they were before the step. */
+lmn_status trainer_step(struct trainer *t, lmn_train_stats *stats, struct error *err);
+void trainer_get_stats(const struct trainer *t, lmn_train_stats *stats);
+const lmn_train_options *trainer_options(const struct trainer *t);
+
+/* The checkpoint (docs/checkpoint-format.md); weights_only: what rendering needs, to share. Two
+ * trainings that made the same steps write the same bytes. */
+lmn_status trainer_save(const struct trainer *t, const char *path, bool weights_only,
+                        struct error *err);
+
+/* Mean metrics of the network as it is now on the fixed test set that `options` names (evaluate.h).
+ * The references are traced at the first call and kept as long as the options stay the same. The
+ * time is not counted as training. Also goes into the next metrics line. */
+lmn_status trainer_eval(struct trainer *t, const lmn_eval_options *options,
+                        lmn_progress_fn *progress, void *progress_user, lmn_metrics *out,
+                        struct error *err);
+
+/* One line of metrics.jsonl without the newline: before this object's first step the line that
+ * describes the run, then the step just made. Valid until the next call; NULL when memory is short.
+ * The format is in docs/checkpoint-format.md. */
+const char *trainer_metrics_line(struct trainer *t);
+
+#endif

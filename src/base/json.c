@@ -38,12 +38,12 @@ static void open_level(struct json *j, const char *key, const char *opener, char
     j->closers[j->depth] = closer;
 }
 
-void json_object(struct json *j, const char *key)
+void json_begin_object(struct json *j, const char *key)
 {
     open_level(j, key, "{", '}');
 }
 
-void json_array(struct json *j, const char *key)
+void json_begin_array(struct json *j, const char *key)
 {
     open_level(j, key, "[", ']');
 }
@@ -55,7 +55,7 @@ void json_end(struct json *j)
     j->depth--;
 }
 
-void json_string(struct json *j, const char *key, const char *value)
+void json_put_string(struct json *j, const char *key, const char *value)
 {
     begin_item(j, key);
     if (value)
@@ -64,7 +64,7 @@ void json_string(struct json *j, const char *key, const char *value)
         str_add(j->out, "null");
 }
 
-void json_number(struct json *j, const char *key, double value)
+void json_put_number(struct json *j, const char *key, double value)
 {
     begin_item(j, key);
     if (!isfinite(value)) {
@@ -79,7 +79,7 @@ void json_number(struct json *j, const char *key, double value)
     str_add(j->out, "%s", text);
 }
 
-void json_float(struct json *j, const char *key, float value)
+void json_put_float(struct json *j, const char *key, float value)
 {
     begin_item(j, key);
     if (!isfinite(value)) {
@@ -94,13 +94,13 @@ void json_float(struct json *j, const char *key, float value)
     str_add(j->out, "%s", text);
 }
 
-void json_integer(struct json *j, const char *key, int64_t value)
+void json_put_integer(struct json *j, const char *key, int64_t value)
 {
     begin_item(j, key);
     str_add(j->out, "%lld", (long long)value);
 }
 
-void json_bool(struct json *j, const char *key, bool value)
+void json_put_bool(struct json *j, const char *key, bool value)
 {
     begin_item(j, key);
     str_add(j->out, value ? "true" : "false");

@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What check_trace.py and the references render: scenes at frozen configurations.
+
+A case is one picture: a scene, the configuration u (one number in [0,1] per parameter), size, path
+depth, samples per seed, and the number of seeds. Outside scenes are found through LUMENAUT_SCENES.
+"""
+import dataclasses
+import os
+import pathlib
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+OUTSIDE = pathlib.Path(os.environ.get("LUMENAUT_SCENES", ROOT / "../shared/scenes"))
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    name: str
+    scene: pathlib.Path
+    u: tuple = ()
+    size: int = 128
+    max_depth: int = 6
+    rr_depth: int = 5
+    spp: int = 256
+    seeds: int = 16
+
+
+CAUSTIC = OUTSIDE / "official/sphere-caustic/scene.xml"
+AJAR = OUTSIDE / "official/veach-ajar/scene.xml"
+CORNELL = OUTSIDE / "bitterli/cornell-box/scene.xml"
+
+# sphere-caustic: left wall, right wall, roughness, sphere x y z, light x z.
+# veach-ajar: camera x y z, target x z, door.
+OUTSIDE_CASES = [
+    Case("sphere-caustic-1", CAUSTIC, (.8, .2, .1, .1, .7, .2, .6, .5, .5, .5, .5, .5), 128, 5),
+    Case("sphere-caustic-2", CAUSTIC, (.5, .5, .5, .9, .1, .6, .25, .9, .1, .9, .1, .9), 128, 5),
+    Case("sphere-caustic-3", CAUSTIC, (.1, .9, .3, .3, .3, 1., 1., .1, .9, 0., 1., 0.), 128, 5),
+    Case("veach-ajar-1", AJAR, (.5, .5, .5, .5, .5, .5), 128, 9),
+    Case("veach-ajar-2", AJAR, (.9, .2, .8, .2, .3, 1.), 128, 9),
+    Case("veach-ajar-3", AJAR, (.2, .9, .3, .8, .9, .25), 128, 9),
+    Case("cornell-box", CORNELL, (), 128, 6),
+]
+
+
+def all_cases():
+    return OUTSIDE_CASES
+
+
+def replace(case, changes):
+    return dataclasses.replace(case, **changes)

@@ -119,9 +119,9 @@ static double psnr_of(const float *a, const float *b, size_t n)
     return sum > 0 ? -10 * log10(sum / (double)n) : INFINITY;
 }
 
-/* Magma, the map that FLIP is shown in: 17 of its 256 colours (Smith and van der Walt 2015, CC0),
- * linear in between; nowhere further off than 0.01. */
-static void magma(float v, float rgb[3])
+/* 17 of magma's 256 colours (Smith and van der Walt 2015, CC0), linear in between; nowhere further
+ * off than 0.01. */
+void metrics_magma(float v, float rgb[3])
 {
     static const uint8_t colors[17][3] = {
         {0, 0, 4},       {10, 8, 34},    {29, 17, 71},   {54, 16, 107},   {81, 18, 124},
@@ -186,7 +186,7 @@ lmn_status metrics_compare(const struct image *test, const struct image *referen
     m.flip = flip_ldr(flip, g, p, map);
     if (error_map) {
         TRY(image_init(error_map, w, h, 3, NULL, err));
-        for (size_t i = 0; i < n; i++) magma(map[i], error_map->data + 3 * i);
+        for (size_t i = 0; i < n; i++) metrics_magma(map[i], error_map->data + 3 * i);
     }
     *out = m;
 done:

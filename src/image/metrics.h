@@ -25,4 +25,7 @@ double metrics_exposure(const float *rgb, size_t n_values);
 double metrics_ssim(const float *a, const float *b, uint32_t width, uint32_t height,
                     uint32_t n_channels);
 
+/* The colour (linear) that an error map shows v of [0,1] in. */
+void metrics_magma(float v, float rgb[3]);
+
 #endif

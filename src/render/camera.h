@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef RENDER_CAMERA_H
+#define RENDER_CAMERA_H
+
+#include "render/embree.h"
+
+/* A pinhole for a picture of given proportions, as Mitsuba's `perspective`. */
+struct camera {
+    struct vec3 origin;
+    struct vec3 corner, step_x, step_y; /* direction through pixel (x, y): corner + x, y steps */
+    struct vec3 ahead;                  /* unit, along the optical axis */
+    float near_clip, far_clip;
+};
+
+void camera_init(struct camera *c, const struct sensor *s, uint32_t width, uint32_t height);
+
+/* The ray through (x, y) in pixels from the picture's top left corner; *offset is how far from the
+ * pinhole it starts (the near plane). */
+struct ray camera_ray(const struct camera *c, float x, float y, float *offset);
+
+#endif

@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/filter.h"
+
+#include "math/warp.h"
+
+/* Integral of exp(-x^2 / 2 s^2) - exp(-r^2 / 2 s^2) from 0 to x. */
+static double gaussian_integral(const struct filter *f, double x)
+{
+    double s = f->stddev, r = f->radius;
+    return s * sqrt(0.5 * 3.14159265358979323846) * erf(x / (s * sqrt(2.0))) -
+           x * exp(-0.5 * r * r / (s * s));
+}
+
+/* The x in [low, radius] where the integral from 0 reaches `goal`: Newton's steps, halving where
+ * they leave the bracket (the density vanishes at the radius). */
+static double gaussian_quantile(const struct filter *f, double goal, double low)
+{
+    double s2 = 2.0 * (double)f->stddev * f->stddev, high = f->radius, x = low;
+    double bias = exp(-high * high / s2);
+    for (int i = 0; i < 60 && high - low > 1e-9 * (double)f->radius; i++) {
+        double excess = gaussian_integral(f, x) - goal;
+        if (excess < 0)
+            low = x;
+        else
+            high = x;
+        double step = excess / (exp(-x * x / s2) - bias);
+        double next = x - step;
+        if (fabs(step) < 1e-9 * (double)f->radius) return x;
+        x = next > low && next < high ? next : 0.5 * (low + high);
+    }
+    return x;
+}
+
+void filter_init(struct filter *f, enum filter_kind kind, float radius, float stddev)
+{
+    *f = (struct filter){.kind = kind, .radius = radius, .stddev = stddev};
+    if (kind != FILTER_GAUSSIAN) return;
+    double total = gaussian_integral(f, radius);
+    for (int i = 1; i < 256; i++)
+        f->table[i] = (float)gaussian_quantile(f, total * i / 256.0, f->table[i - 1]);
+    f->table[256] = radius;
+}
+
+float filter_eval(const struct filter *f, float x)
+{
+    float a = fabsf(x), r = f->radius;
+    switch (f->kind) {
+    case FILTER_BOX:
+        return a <= r ? 0.5f / r : 0.0f;
+    case FILTER_TENT:
+        return a < r ? (1.0f - a / r) / r : 0.0f;
+    case FILTER_GAUSSIAN: {
+        if (a >= r) return 0.0f;
+        double s2 = 2.0 * (double)f->stddev * f->stddev;
+        double value = exp(-(double)a * a / s2) - exp(-(double)r * r / s2);
+        return (float)(value / (2.0 * gaussian_integral(f, r)));
+    }
+    }
+    return 0.0f;
+}
+
+/* Probability of a distance below x. */
+static float cumulative(const struct filter *f, float x)
+{
+    float r = f->radius, a = fminf(fabsf(x), r), half = 0.0f;
+    switch (f->kind) {
+    case FILTER_BOX:
+        half = 0.5f * a / r;
+        break;
+    case FILTER_TENT:
+        half = a / r * (1.0f - 0.5f * a / r);
+        break;
+    case FILTER_GAUSSIAN: /* consistent with the table, which is what is sampled */
+        for (int step = 128, i = 0; step; step /= 2) {
+            if (f->table[i + step] <= a) i += step;
+            if (step == 1) {
+                float low = f->table[i], high = f->table[i + 1];
+                half = ((float)i + (high > low ? (a - low) / (high - low) : 0.0f)) / 512.0f;
+                half = fminf(half, 0.5f);
+            }
+        }
+        break;
+    }
+    return x < 0.0f ? 0.5f - half : 0.5f + half;
+}
+
+static float quantile(const struct filter *f, float u)
+{
+    float r = f->radius;
+    switch (f->kind) {
+    case FILTER_BOX:
+        return r * (2.0f * u - 1.0f);
+    case FILTER_TENT:
+        return r * warp_tent(u);
+    case FILTER_GAUSSIAN: {
+        float part = fabsf(2.0f * u - 1.0f) * 256.0f;
+        int i = (int)part;
+        if (i > 255) i = 255;
+        float x = f->table[i] + (f->table[i + 1] - f->table[i]) * (part - (float)i);
+        return u < 0.5f ? -x : x;
+    }
+    }
+    return 0.0f;
+}
+
+float filter_sample(const struct filter *f, float u, float low, float high)
+{
+    if (low > -f->radius || high < f->radius) {
+        float a = low > -f->radius ? cumulative(f, low) : 0.0f;
+        float b = high < f->radius ? cumulative(f, high) : 1.0f;
+        float x = quantile(f, a + (b - a) * u);
+        return fminf(fmaxf(x, low), high);
+    }
+    return quantile(f, u);
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef RENDER_FILTER_H
+#define RENDER_FILTER_H
+
+#include "scene/scene.h"
+
+/*
+ * Pixel filters, importance-sampled (Ernst et al. 2006): a pixel's samples are distributed around
+ * its centre like the filter's values, and weigh the same. All filters are products of a profile
+ * in x and one in y, symmetric about 0. The gaussian is shifted down to end at 0, as Mitsuba's.
+ */
+struct filter {
+    enum filter_kind kind;
+    float radius, stddev;
+    float table[257]; /* gaussian: quantiles of |x|, at even steps of probability */
+};
+
+void filter_init(struct filter *f, enum filter_kind kind, float radius, float stddev);
+
+/* The profile, with integral 1. */
+float filter_eval(const struct filter *f, float x);
+
+/* A distance from the pixel's centre, u uniform in [0,1), restricted to [low, high] (-INFINITY and
+ * INFINITY for the whole filter): pixels at the border of a picture take no samples from beyond. */
+float filter_sample(const struct filter *f, float u, float low, float high);
+
+#endif

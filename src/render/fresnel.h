@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef RENDER_FRESNEL_H
+#define RENDER_FRESNEL_H
+
+#include "math/vec.h"
+
+/* Reflection and refraction at smooth interfaces, for unpolarised light. */
+
+struct fresnel {
+    float r;     /* reflected fraction */
+    float cos_t; /* of the refracted direction, opposite sign to cos_i; 0: total reflection */
+    float eta_it, eta_ti; /* relative index in the direction of travel, and its reciprocal */
+};
+
+/* eta = index inside / outside; cos_i > 0 comes from outside (the side of the normal). */
+static inline struct fresnel fresnel_dielectric(float cos_i, float eta)
+{
+    struct fresnel f;
+    bool is_outside = cos_i >= 0.0f;
+    float inverse = 1.0f / eta;
+    f.eta_it = is_outside ? eta : inverse;
+    f.eta_ti = is_outside ? inverse : eta;
+    float ci = fabsf(cos_i);
+    float cos_t2 = 1.0f - (1.0f - cos_i * cos_i) * f.eta_ti * f.eta_ti;
+    float ct = cos_t2 > 0.0f ? sqrtf(cos_t2) : 0.0f;
+    f.cos_t = is_outside ? -ct : ct;
+    if (eta == 1.0f) {
+        f.r = 0.0f;
+    } else if (ci == 0.0f) {
+        f.r = 1.0f;
+    } else {
+        float s = (ci - f.eta_it * ct) / (ci + f.eta_it * ct);
+        float p = (ct - f.eta_it * ci) / (ct + f.eta_it * ci);
+        f.r = 0.5f * (s * s + p * p);
+    }
+    return f;
+}
+
+/* One channel of a conductor with complex index eta + i k (Moeller, "Optics"). */
+static inline float fresnel_conductor_1(float cos_i, float eta, float k)
+{
+    float c2 = cos_i * cos_i, s2 = 1.0f - c2;
+    float t = eta * eta - k * k - s2;
+    float a2b2 = sqrtf(fmaxf(0.0f, t * t + 4.0f * k * k * eta * eta));
+    float a = sqrtf(fmaxf(0.0f, 0.5f * (a2b2 + t)));
+    float t1 = a2b2 + c2, t2 = 2.0f * cos_i * a;
+    float rs = (t1 - t2) / (t1 + t2);
+    float t3 = a2b2 * c2 + s2 * s2, t4 = t2 * s2;
+    float rp = rs * (t3 - t4) / (t3 + t4);
+    return 0.5f * (rs + rp);
+}
+
+static inline struct vec3 fresnel_conductor(float cos_i, struct vec3 eta, struct vec3 k)
+{
+    return vec3(fresnel_conductor_1(cos_i, eta.x, k.x), fresnel_conductor_1(cos_i, eta.y, k.y),
+                fresnel_conductor_1(cos_i, eta.z, k.z));
+}
+
+/* The mean over a diffuse (cosine-weighted) hemisphere: fits of Egan & Hilgeman 1973 for eta < 1
+ * and d'Eon & Irving 2011 above, as Mitsuba uses them. */
+static inline float fresnel_diffuse_reflectance(float eta)
+{
+    float i = 1.0f / eta;
+    if (eta < 1.0f) return 0.0636f * i + (eta * (eta * -1.4399f + 0.7099f) + 0.6681f);
+    return 0.919317f +
+           i * (-3.4793f + i * (6.75335f + i * (-7.80989f + i * (4.98554f + i * -1.36881f))));
+}
+
+/* wi mirrored about the unit vector m. */
+static inline struct vec3 fresnel_reflect(struct vec3 wi, struct vec3 m)
+{
+    return vec3_sub(vec3_scale(m, 2.0f * vec3_dot(wi, m)), wi);
+}
+
+/* wi refracted at an interface of normal m; cos_t and eta_ti from fresnel_dielectric(). */
+static inline struct vec3 fresnel_refract(struct vec3 wi, struct vec3 m, float cos_t, float eta_ti)
+{
+    return vec3_sub(vec3_scale(m, vec3_dot(wi, m) * eta_ti + cos_t), vec3_scale(wi, eta_ti));
+}
+
+#endif

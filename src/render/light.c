@@ -1,0 +1,328 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/light.h"
+
+static struct vec3 load3(const float *p)
+{
+    return vec3(p[0], p[1], p[2]);
+}
+
+/* world area / group-space area around a point of a surface with unit world normal n: the cofactor
+ * |det M| |M^-T n_group|, which is |det M| / |M^T n|. */
+static float area_scale(const struct view_instance *i, struct vec3 n)
+{
+    if (i->is_identity) return 1.0f;
+    if (i->scale > 0.0f) return i->scale * i->scale;
+    const float(*m)[4] = i->to_world->m;
+    struct vec3 t = vec3(m[0][0] * n.x + m[1][0] * n.y + m[2][0] * n.z,
+                         m[0][1] * n.x + m[1][1] * n.y + m[2][1] * n.z,
+                         m[0][2] * n.x + m[1][2] * n.y + m[2][2] * n.z);
+    return i->determinant / vec3_length(t);
+}
+
+static struct vec3 emitted(const struct view *v, uint32_t emitter, float u, float uv_v)
+{
+    const struct emitter *e = &v->state.emitters[emitter];
+    return vec3_scale(texture_eval(&v->textures, e->radiance, u, uv_v), e->scale);
+}
+
+/* A point on a light and its density per world area. */
+struct area_sample {
+    struct vec3 p, n; /* n: the normal that cosines are taken with, unit */
+    float u, v, pdf;
+};
+
+static void sample_mesh(const struct light *l, const struct view_instance *instance, float u1,
+                        float u2, struct area_sample *s)
+{
+    const struct world_shape *shape = l->shape;
+    uint32_t triangle = distribution_sample(&shape->area, &u1);
+    struct vec2 b = warp_triangle(u1, u2);
+    float w = 1.0f - b.x - b.y;
+    const uint32_t *at = shape->indices + 3 * (size_t)triangle;
+    struct vec3 p0 = load3(shape->positions + 3 * (size_t)at[0]);
+    struct vec3 e0 = vec3_sub(load3(shape->positions + 3 * (size_t)at[1]), p0);
+    struct vec3 e1 = vec3_sub(load3(shape->positions + 3 * (size_t)at[2]), p0);
+    struct vec3 p = vec3_madd(vec3_madd(p0, e0, b.x), e1, b.y);
+    struct vec3 n = vec3_cross(e0, e1), ns = n;
+    if (shape->normals)
+        ns = vec3_madd(vec3_madd(vec3_scale(load3(shape->normals + 3 * (size_t)at[0]), w),
+                                 load3(shape->normals + 3 * (size_t)at[1]), b.x),
+                       load3(shape->normals + 3 * (size_t)at[2]), b.y);
+    if (!instance->is_identity) {
+        p = transform_point(instance->to_world, p);
+        n = transform_normal(instance->to_world, n);
+        ns = transform_normal(instance->to_world, ns);
+    }
+    n = vec3_normalize(n);
+    float length = vec3_length(ns);
+    ns = length > 1e-10f ? vec3_scale(ns, 1.0f / length) : n;
+    s->p = p;
+    s->n = shape->is_flipped ? vec3_neg(ns) : ns;
+    s->pdf = 1.0f / (shape->total_area * area_scale(instance, n));
+    s->u = b.x;
+    s->v = b.y;
+    if (shape->uvs) {
+        const float *a = shape->uvs + 2 * (size_t)at[0], *c = shape->uvs + 2 * (size_t)at[1],
+                    *d = shape->uvs + 2 * (size_t)at[2];
+        s->u = a[0] * w + c[0] * b.x + d[0] * b.y;
+        s->v = a[1] * w + c[1] * b.x + d[1] * b.y;
+    }
+}
+
+/* Disks, uniformly by area. */
+static float disk_pdf(const struct world_shape *shape, const struct view_instance *instance)
+{
+    struct vec3 a = transform_vector(shape->to_group, vec3(1.0f, 0.0f, 0.0f));
+    struct vec3 b = transform_vector(shape->to_group, vec3(0.0f, 1.0f, 0.0f));
+    a = transform_vector(instance->to_world, a);
+    b = transform_vector(instance->to_world, b);
+    return MATH_INV_PI / vec3_length(vec3_cross(a, b));
+}
+
+static void sample_disk(const struct light *l, const struct view_instance *instance, float u1,
+                        float u2, struct area_sample *s)
+{
+    const struct world_shape *shape = l->shape;
+    struct vec2 d = warp_disk(u1, u2);
+    struct vec3 n = transform_normal(shape->to_group, vec3(0.0f, 0.0f, 1.0f));
+    s->p = transform_point(instance->to_world,
+                           transform_point(shape->to_group, vec3(d.x, d.y, 0.0f)));
+    n = vec3_normalize(transform_normal(instance->to_world, n));
+    s->n = shape->is_flipped ? vec3_neg(n) : n;
+    s->pdf = disk_pdf(shape, instance);
+    float phi = atan2f(d.y, d.x) * (0.5f * MATH_INV_PI);
+    s->u = sqrtf(d.x * d.x + d.y * d.y);
+    s->v = phi < 0.0f ? phi + 1.0f : phi;
+}
+
+/* ---- Spheres --------------------------------------------------------------------------------- */
+
+struct sphere {
+    struct vec3 center;
+    float radius; /* world space; 0: an ellipsoid, sampled by area only */
+};
+
+static struct sphere sphere_in_world(const struct world_shape *shape,
+                                     const struct view_instance *instance)
+{
+    if (instance->is_identity) return (struct sphere){shape->center, shape->radius};
+    return (struct sphere){transform_point(instance->to_world, shape->center),
+                           shape->radius * instance->scale};
+}
+
+static void sphere_uv(const struct world_shape *shape, const struct view_instance *instance,
+                      struct area_sample *s)
+{
+    struct vec3 local = transform_point_inverse(shape->to_group,
+                                                transform_point_inverse(instance->to_world, s->p));
+    float phi = atan2f(local.y, local.x) * (0.5f * MATH_INV_PI);
+    s->u = phi < 0.0f ? phi + 1.0f : phi;
+    s->v = acosf(fminf(fmaxf(local.z / vec3_length(local), -1.0f), 1.0f)) * MATH_INV_PI;
+}
+
+/* By area, for points inside and for ellipsoids. */
+static void sample_sphere_area(const struct light *l, const struct view_instance *instance,
+                               float u1, float u2, struct area_sample *s)
+{
+    const struct world_shape *shape = l->shape;
+    struct vec3 n = warp_sphere(u1, u2);
+    struct vec3 p = vec3_madd(shape->center, n, shape->radius);
+    s->p = transform_point(instance->to_world, p);
+    n = vec3_normalize(transform_normal(instance->to_world, n));
+    s->n = shape->is_flipped ? vec3_neg(n) : n;
+    s->pdf = WARP_SPHERE_PDF / (shape->radius * shape->radius * area_scale(instance, n));
+    sphere_uv(shape, instance, s);
+}
+
+/* Is the cone of the sphere usable from this point? Then *cos_max is its opening. */
+static bool sphere_cone(const struct sphere *sphere, struct vec3 to_center, float *sin_max2)
+{
+    float d2 = vec3_dot(to_center, to_center);
+    if (!(sphere->radius > 0.0f) || d2 <= sphere->radius * sphere->radius * (1.0f + 1e-4f))
+        return false;
+    *sin_max2 = sphere->radius * sphere->radius / d2;
+    return true;
+}
+
+/* 1 - cos of the cone's opening, without cancellation. */
+static float cone_height(float sin_max2)
+{
+    return sin_max2 / (1.0f + sqrtf(1.0f - sin_max2));
+}
+
+/* Directions uniform in the cone that the sphere fills; the point is where they meet it first. */
+static bool sample_sphere_cone(const struct light *l, const struct view_instance *instance,
+                               struct vec3 reference, float u1, float u2, struct area_sample *s,
+                               float *pdf)
+{
+    struct sphere sphere = sphere_in_world(l->shape, instance);
+    struct vec3 to_center = vec3_sub(sphere.center, reference);
+    float sin_max2;
+    if (!sphere_cone(&sphere, to_center, &sin_max2)) return false;
+    float height = cone_height(sin_max2), h = height * u1; /* 1 - cos */
+    float sin2 = h * (2.0f - h), cosine = 1.0f - h;
+    float sin_max = sqrtf(sin_max2);
+    /* The angle at the centre, between the axis to the reference and the point. */
+    float cos_alpha = sin2 / sin_max + cosine * sqrtf(fmaxf(0.0f, 1.0f - sin2 / sin_max2));
+    float sin_alpha = sqrtf(fmaxf(0.0f, 1.0f - cos_alpha * cos_alpha));
+    float sin_phi, cos_phi;
+    warp_sincos_turn(u2, &sin_phi, &cos_phi);
+    struct frame f = frame_from_normal(vec3_neg(vec3_normalize(to_center)));
+    struct vec3 n = frame_to_world(&f, vec3(cos_phi * sin_alpha, sin_phi * sin_alpha, cos_alpha));
+    s->p = vec3_madd(sphere.center, n, sphere.radius);
+    s->n = l->shape->is_flipped ? vec3_neg(n) : n;
+    *pdf = 0.5f * MATH_INV_PI / height;
+    const struct view_instance *i = instance;
+    sphere_uv(l->shape, i, s);
+    return true;
+}
+
+/* ---- All kinds ------------------------------------------------------------------------------- */
+
+static bool sample_area(const struct view *v, const struct light *l, struct vec3 reference,
+                        float u1, float u2, struct light_sample *s)
+{
+    const struct view_instance *instance = &v->instances[l->instance];
+    struct area_sample a;
+    float pdf = 0.0f;
+    bool has_pdf = false;
+    switch (l->shape->kind) {
+    case SHAPE_MESH:
+        sample_mesh(l, instance, u1, u2, &a);
+        break;
+    case SHAPE_DISK:
+        sample_disk(l, instance, u1, u2, &a);
+        break;
+    case SHAPE_SPHERE:
+        has_pdf = sample_sphere_cone(l, instance, reference, u1, u2, &a, &pdf);
+        if (!has_pdf) sample_sphere_area(l, instance, u1, u2, &a);
+        break;
+    }
+    struct vec3 d = vec3_sub(a.p, reference);
+    float distance2 = vec3_dot(d, d);
+    if (!(distance2 > 0.0f)) return false;
+    d = vec3_scale(d, 1.0f / sqrtf(distance2));
+    float cosine = -vec3_dot(d, a.n);
+    if (!(cosine > 0.0f)) return false; /* shines on the other side only */
+    if (!has_pdf) pdf = a.pdf * distance2 / cosine;
+    s->p = a.p;
+    s->d = d;
+    s->pdf = pdf;
+    s->weight = emitted(v, l->emitter, a.u, a.v);
+    return true;
+}
+
+static bool sample_environment(const struct view *v, const struct light *l, float u1, float u2,
+                               struct light_sample *s)
+{
+    const struct emitter *e = &v->state.emitters[l->emitter];
+    s->is_infinite = true;
+    if (l->kind == EMITTER_CONSTANT) {
+        s->d = warp_sphere(u1, u2);
+        s->pdf = WARP_SPHERE_PDF;
+        s->weight = emitted(v, l->emitter, 0.0f, 0.0f);
+        return true;
+    }
+    const struct world_envmap *map = &v->world->envmaps[e->bitmap];
+    struct vec3 d = envmap_sample(map, u1, u2, &s->pdf);
+    s->weight = vec3_scale(envmap_eval(map, d), e->scale);
+    s->d = vec3_normalize(transform_vector(&e->to_world, d));
+    return true;
+}
+
+static bool sample_point(const struct view *v, const struct light *l, struct vec3 reference,
+                         struct light_sample *s)
+{
+    const struct emitter *e = &v->state.emitters[l->emitter];
+    s->p = transform_point(&e->to_world, vec3_splat(0.0f));
+    struct vec3 d = vec3_sub(s->p, reference);
+    float distance2 = vec3_dot(d, d);
+    if (!(distance2 > 0.0f)) return false;
+    s->d = vec3_scale(d, 1.0f / sqrtf(distance2));
+    s->is_delta = true;
+    s->pdf = distance2; /* so that weight / pdf is intensity / distance^2 */
+    s->weight = emitted(v, l->emitter, 0.0f, 0.0f);
+    return true;
+}
+
+bool light_sample(const struct view *v, struct vec3 reference, float u1, float u2,
+                  struct light_sample *s)
+{
+    uint32_t n = v->n_lights;
+    if (n == 0) return false;
+    uint32_t index = 0;
+    if (n > 1) { /* choose with u1 and stretch what is left of it */
+        float x = u1 * (float)n;
+        index = (uint32_t)x;
+        if (index >= n) index = n - 1;
+        u1 = fminf(x - (float)index, 0x1.fffffep-1f);
+    }
+    const struct light *l = &v->lights[index];
+    s->is_delta = s->is_infinite = false;
+    bool is_found = false;
+    switch (l->kind) {
+    case EMITTER_AREA:
+        is_found = sample_area(v, l, reference, u1, u2, s);
+        break;
+    case EMITTER_CONSTANT:
+    case EMITTER_ENVMAP:
+        is_found = sample_environment(v, l, u1, u2, s);
+        break;
+    case EMITTER_POINT:
+        is_found = sample_point(v, l, reference, s);
+        break;
+    }
+    if (!is_found || !(s->pdf > 0.0f) || !isfinite(s->pdf)) return false;
+    s->pdf /= (float)n;
+    s->weight = vec3_scale(s->weight, 1.0f / s->pdf);
+    return true;
+}
+
+struct vec3 light_surface_radiance(const struct view *v, const struct surface *s, struct vec3 d)
+{
+    if (s->shape->emitter == SCENE_NONE || !(vec3_dot(s->frame.n, d) < 0.0f))
+        return vec3_splat(0.0f);
+    return emitted(v, s->shape->emitter, s->u, s->v);
+}
+
+float light_surface_pdf(const struct view *v, struct vec3 reference, const struct surface *s,
+                        struct vec3 d, float distance)
+{
+    const struct world_shape *shape = s->shape;
+    const struct view_instance *instance = &v->instances[s->instance];
+    float cosine = fabsf(vec3_dot(d, s->frame.n)), per_area = 0.0f;
+    switch (shape->kind) {
+    case SHAPE_MESH:
+        per_area = 1.0f / (shape->total_area * area_scale(instance, s->n));
+        break;
+    case SHAPE_DISK:
+        per_area = disk_pdf(shape, instance);
+        break;
+    case SHAPE_SPHERE: {
+        struct sphere sphere = sphere_in_world(shape, instance);
+        float sin_max2;
+        if (sphere_cone(&sphere, vec3_sub(sphere.center, reference), &sin_max2))
+            return 0.5f * MATH_INV_PI / (cone_height(sin_max2) * (float)v->n_lights);
+        per_area = WARP_SPHERE_PDF / (shape->radius * shape->radius * area_scale(instance, s->n));
+        break;
+    }
+    }
+    return cosine > 0.0f ? per_area * distance * distance / (cosine * (float)v->n_lights) : 0.0f;
+}
+
+struct vec3 light_environment_radiance(const struct view *v, const struct light *l, struct vec3 d)
+{
+    const struct emitter *e = &v->state.emitters[l->emitter];
+    if (l->kind == EMITTER_CONSTANT) return emitted(v, l->emitter, 0.0f, 0.0f);
+    struct vec3 local = vec3_normalize(transform_vector_inverse(&e->to_world, d));
+    return vec3_scale(envmap_eval(&v->world->envmaps[e->bitmap], local), e->scale);
+}
+
+float light_environment_pdf(const struct view *v, const struct light *l, struct vec3 d)
+{
+    const struct emitter *e = &v->state.emitters[l->emitter];
+    float choice = 1.0f / (float)v->n_lights;
+    if (l->kind == EMITTER_CONSTANT) return WARP_SPHERE_PDF * choice;
+    struct vec3 local = vec3_normalize(transform_vector_inverse(&e->to_world, d));
+    return envmap_pdf(&v->world->envmaps[e->bitmap], local) * choice;
+}

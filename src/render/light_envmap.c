@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Latitude-longitude environments with Mitsuba's conventions: +y is up, the picture's centre column
+ * lies along +z turned by pi; u grows with atan2(x, -z), v from +y down to -y. Texel centres in a
+ * row are half a texel in from the seam; the first and last rows are the poles. */
+#include "base/mem.h"
+#include "render/light.h"
+
+void envmap_release(struct world_envmap *e)
+{
+    mem_free(e->rgb);
+    distribution2d_release(&e->cells);
+    *e = (struct world_envmap){0};
+}
+
+static struct vec3 node(const struct world_envmap *e, uint32_t x, uint32_t y)
+{
+    const float *p = e->rgb + 3 * ((size_t)y * e->width + x);
+    return vec3(p[0], p[1], p[2]);
+}
+
+bool envmap_init(struct world_envmap *e, const struct bitmap *b, const float decode[256])
+{
+    uint32_t width = b->width, height = b->height < 2 ? 2 : b->height, n_rows = height - 1;
+    *e = (struct world_envmap){.width = width, .height = height};
+    e->rgb = mem_new((size_t)width * height, 3 * sizeof(float));
+    float *weights = mem_new((size_t)width * n_rows, sizeof(float));
+    bool ok = e->rgb && weights;
+    for (uint32_t y = 0; ok && y < height; y++) {
+        for (uint32_t x = 0; x < width; x++) {
+            struct vec3 c = bitmap_texel(b, decode, x, y < b->height ? y : b->height - 1);
+            /* Negative and broken texels would make densities that are none. */
+            float *p = e->rgb + 3 * ((size_t)y * width + x);
+            p[0] = c.x >= 0.0f && isfinite(c.x) ? c.x : 0.0f;
+            p[1] = c.y >= 0.0f && isfinite(c.y) ? c.y : 0.0f;
+            p[2] = c.z >= 0.0f && isfinite(c.z) ? c.z : 0.0f;
+        }
+    }
+    for (uint32_t y = 0; ok && y < n_rows; y++) {
+        float area = cosf(MATH_PI * (float)y / (float)n_rows) -
+                     cosf(MATH_PI * (float)(y + 1) / (float)n_rows);
+        for (uint32_t x = 0; x < width; x++) {
+            uint32_t right = x + 1 < width ? x + 1 : 0;
+            struct vec3 sum = vec3_add(vec3_add(node(e, x, y), node(e, right, y)),
+                                       vec3_add(node(e, x, y + 1), node(e, right, y + 1)));
+            weights[(size_t)y * width + x] = vec3_luminance(sum) * area;
+        }
+    }
+    ok = ok && distribution2d_init(&e->cells, weights, width, n_rows);
+    mem_free(weights);
+    if (!ok) envmap_release(e);
+    return ok;
+}
+
+/* The place of direction d in the grid of cells, in [0,1]^2. */
+static struct vec2 grid_place(const struct world_envmap *e, struct vec3 d)
+{
+    float u = atan2f(d.x, -d.z) * (0.5f * MATH_INV_PI) - 0.5f / (float)e->width;
+    float v = acosf(fminf(fmaxf(d.y, -1.0f), 1.0f)) * MATH_INV_PI;
+    u -= floorf(u);
+    return (struct vec2){u, v};
+}
+
+struct vec3 envmap_eval(const struct world_envmap *e, struct vec3 d)
+{
+    struct vec2 g = grid_place(e, d);
+    float x = g.x * (float)e->width, y = g.y * (float)(e->height - 1);
+    uint32_t x0 = (uint32_t)x, y0 = (uint32_t)y;
+    if (x0 >= e->width) x0 = e->width - 1;
+    if (y0 >= e->height - 1) y0 = e->height - 2;
+    uint32_t x1 = x0 + 1 < e->width ? x0 + 1 : 0;
+    float wx = x - (float)x0, wy = y - (float)y0;
+    struct vec3 top = vec3_madd(vec3_scale(node(e, x0, y0), 1.0f - wx), node(e, x1, y0), wx);
+    struct vec3 bottom = vec3_madd(vec3_scale(node(e, x0, y0 + 1), 1.0f - wx), node(e, x1, y0 + 1),
+                                   wx);
+    return vec3_madd(vec3_scale(top, 1.0f - wy), bottom, wy);
+}
+
+/* d(place) / d(solid angle) = 1 / (2 pi^2 sin theta). */
+static float place_density(float sin_theta)
+{
+    return 1.0f / (2.0f * MATH_PI * MATH_PI * fmaxf(sin_theta, 1e-7f));
+}
+
+struct vec3 envmap_sample(const struct world_envmap *e, float u, float v, float *pdf)
+{
+    float x, y;
+    distribution2d_sample(&e->cells, u, v, &x, &y, pdf);
+    float phi = (x + 0.5f / (float)e->width) * (2.0f * MATH_PI), theta = y * MATH_PI;
+    float sin_theta = sinf(theta);
+    *pdf *= place_density(sin_theta);
+    return vec3(sinf(phi) * sin_theta, cosf(theta), -cosf(phi) * sin_theta);
+}
+
+float envmap_pdf(const struct world_envmap *e, struct vec3 d)
+{
+    struct vec2 g = grid_place(e, d);
+    return distribution2d_pdf(&e->cells, g.x, g.y) * place_density(sqrtf(d.x * d.x + d.z * d.z));
+}

@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/surface.h"
+
+static struct vec3 load3(const float *p)
+{
+    return vec3(p[0], p[1], p[2]);
+}
+
+/* a (1-u-v) + b u + c v */
+static struct vec3 interpolate(const float *values, const uint32_t *at, float u, float v)
+{
+    return vec3_madd(vec3_madd(vec3_scale(load3(values + 3 * (size_t)at[0]), 1.0f - u - v),
+                               load3(values + 3 * (size_t)at[1]), u),
+                     load3(values + 3 * (size_t)at[2]), v);
+}
+
+/* A frame around n whose s lies along dp/du, for materials that have a direction; any frame where
+ * there is none. */
+static struct frame frame_along(struct vec3 n, struct vec3 dp_du)
+{
+    struct vec3 s = vec3_madd(dp_du, n, -vec3_dot(n, dp_du));
+    float length = vec3_length(s);
+    if (!(length > 0.0f) || !isfinite(length)) return frame_from_normal(n);
+    s = vec3_scale(s, 1.0f / length);
+    return (struct frame){s, vec3_cross(n, s), n};
+}
+
+/* dp/du of a triangle with texture coordinates; zero where they do not span anything. */
+static struct vec3 mesh_dp_du(const struct world_shape *shape, const uint32_t *at)
+{
+    if (!shape->uvs) return vec3_splat(0.0f);
+    const float *a = shape->uvs + 2 * (size_t)at[0], *b = shape->uvs + 2 * (size_t)at[1],
+                *c = shape->uvs + 2 * (size_t)at[2];
+    float du0 = b[0] - a[0], dv0 = b[1] - a[1], du1 = c[0] - a[0], dv1 = c[1] - a[1];
+    float det = du0 * dv1 - dv0 * du1;
+    if (det == 0.0f) return vec3_splat(0.0f);
+    struct vec3 p = load3(shape->positions + 3 * (size_t)at[0]);
+    struct vec3 e0 = vec3_sub(load3(shape->positions + 3 * (size_t)at[1]), p);
+    struct vec3 e1 = vec3_sub(load3(shape->positions + 3 * (size_t)at[2]), p);
+    return vec3_scale(vec3_sub(vec3_scale(e0, dv1), vec3_scale(e1, dv0)), 1.0f / det);
+}
+
+/* Spheres and disks: texture coordinates and dp/du at a point of the unit shape. */
+static struct vec3 quadric_uv(struct surface *s, enum shape_kind kind, struct vec3 local)
+{
+    float phi = atan2f(local.y, local.x) * (0.5f * MATH_INV_PI);
+    if (phi < 0.0f) phi += 1.0f;
+    if (kind == SHAPE_SPHERE) {
+        float length = vec3_length(local);
+        s->u = phi;
+        s->v = acosf(fminf(fmaxf(local.z / length, -1.0f), 1.0f)) * MATH_INV_PI;
+        return vec3(-local.y, local.x, 0.0f);
+    }
+    float r = sqrtf(local.x * local.x + local.y * local.y);
+    s->u = r;
+    s->v = phi;
+    return r > 0.0f ? vec3(local.x / r, local.y / r, 0.0f) : vec3(1.0f, 0.0f, 0.0f);
+}
+
+void surface_init(struct surface *s, const struct view *v, const struct ray *r,
+                  const struct hit *hit)
+{
+    const struct view_instance *instance = &v->instances[hit->instance];
+    const struct world_shape *shape = &instance->shapes[hit->shape];
+    const struct material *material = &v->materials[v->state.shape_bsdfs[shape->index]];
+    s->shape = shape;
+    s->instance = hit->instance;
+    s->primitive = hit->primitive;
+    s->t = hit->t;
+    s->p = vec3_madd(r->o, r->d, hit->t);
+
+    struct vec3 n = hit->ng, ns, dp_du = {0};
+    bool has_own_shading = false, needs_uv = material->has_uv || shape->emitter != SCENE_NONE;
+    if (shape->kind == SHAPE_MESH) {
+        const uint32_t *at = shape->indices + 3 * (size_t)hit->primitive;
+        if (shape->normals) {
+            ns = interpolate(shape->normals, at, hit->u, hit->v);
+            has_own_shading = true;
+        }
+        if (shape->uvs && needs_uv) {
+            const float *a = shape->uvs + 2 * (size_t)at[0], *b = shape->uvs + 2 * (size_t)at[1],
+                        *c = shape->uvs + 2 * (size_t)at[2];
+            float w = 1.0f - hit->u - hit->v;
+            s->u = a[0] * w + b[0] * hit->u + c[0] * hit->v;
+            s->v = a[1] * w + b[1] * hit->u + c[1] * hit->v;
+        } else {
+            s->u = hit->u;
+            s->v = hit->v;
+        }
+        if (material->has_direction) dp_du = mesh_dp_du(shape, at);
+    } else {
+        struct vec3 p = instance->is_identity ? s->p
+                                              : transform_point_inverse(instance->to_world, s->p);
+        if (shape->kind == SHAPE_SPHERE) {
+            /* Pull the point back onto the sphere. */
+            n = vec3_normalize(vec3_sub(p, shape->center));
+            p = vec3_madd(shape->center, n, shape->radius);
+            s->p = instance->is_identity ? p : transform_point(instance->to_world, p);
+        }
+        s->u = s->v = 0.0f;
+        if (needs_uv || material->has_direction) {
+            dp_du = quadric_uv(s, shape->kind, transform_point_inverse(shape->to_group, p));
+            dp_du = transform_vector(shape->to_group, dp_du);
+        }
+    }
+    if (!instance->is_identity) {
+        n = transform_normal(instance->to_world, n);
+        if (has_own_shading) ns = transform_normal(instance->to_world, ns);
+        if (material->has_direction) dp_du = transform_vector(instance->to_world, dp_du);
+    }
+    n = vec3_normalize(n);
+    if (has_own_shading) {
+        float length2 = vec3_dot(ns, ns);
+        /* Normals that cancel out (bad files) fall back to the face's. */
+        ns = length2 > 1e-20f ? vec3_scale(ns, 1.0f / sqrtf(length2)) : n;
+    } else {
+        ns = n;
+    }
+    if (shape->is_flipped) {
+        n = vec3_neg(n);
+        ns = vec3_neg(ns);
+    }
+    s->n = n;
+    s->frame = material->has_direction ? frame_along(ns, dp_du) : frame_from_normal(ns);
+    s->wi = frame_to_local(&s->frame, vec3_neg(r->d));
+}

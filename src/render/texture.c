@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/texture.h"
+
+#include "image/image.h"
+
+void texture_decode_init(float decode[2][256])
+{
+    for (int i = 0; i < 256; i++) {
+        decode[0][i] = srgb_decode((float)i / 255.0f);
+        decode[1][i] = (float)i / 255.0f;
+    }
+}
+
+struct vec3 bitmap_texel(const struct bitmap *b, const float decode[256], uint32_t x, uint32_t y)
+{
+    size_t at = ((size_t)y * b->width + x) * b->n_channels;
+    if (b->u8) {
+        const uint8_t *p = b->u8 + at;
+        if (b->n_channels < 3) return vec3_splat(decode[p[0]]);
+        return vec3(decode[p[0]], decode[p[1]], decode[p[2]]);
+    }
+    const float *p = b->f32 + at;
+    if (b->n_channels < 3) return vec3_splat(p[0]);
+    return vec3(p[0], p[1], p[2]);
+}
+
+/* The column or row that index i stands for outside of 0 .. n-1. */
+static uint32_t wrap(int64_t i, uint32_t n, enum texture_wrap mode)
+{
+    if (i >= 0 && i < (int64_t)n) return (uint32_t)i;
+    if (mode == TEXTURE_CLAMP) return i < 0 ? 0 : n - 1;
+    int64_t period = mode == TEXTURE_MIRROR ? 2 * (int64_t)n : (int64_t)n;
+    int64_t r = i % period;
+    if (r < 0) r += period;
+    return (uint32_t)(r < (int64_t)n ? r : period - 1 - r);
+}
+
+static struct vec3 bitmap_eval(const struct texture_set *set, const struct texture *t, float u,
+                               float v)
+{
+    const struct bitmap *b = &set->bitmaps[t->bitmap];
+    const float *decode = set->decode[t->is_raw];
+    float x = u * (float)b->width, y = v * (float)b->height;
+    /* Far outside, floats hold no fraction any more and integers would overflow. */
+    if (!(fabsf(x) < 1e9f && fabsf(y) < 1e9f)) x = y = 0.0f;
+    if (t->filter == TEXTURE_NEAREST)
+        return bitmap_texel(b, decode, wrap((int64_t)floorf(x), b->width, t->wrap),
+                            wrap((int64_t)floorf(y), b->height, t->wrap));
+    x -= 0.5f;
+    y -= 0.5f;
+    float fx = floorf(x), fy = floorf(y);
+    uint32_t x0 = wrap((int64_t)fx, b->width, t->wrap),
+             x1 = wrap((int64_t)fx + 1, b->width, t->wrap),
+             y0 = wrap((int64_t)fy, b->height, t->wrap),
+             y1 = wrap((int64_t)fy + 1, b->height, t->wrap);
+    float wx = x - fx, wy = y - fy;
+    struct vec3 top = vec3_madd(vec3_scale(bitmap_texel(b, decode, x0, y0), 1.0f - wx),
+                                bitmap_texel(b, decode, x1, y0), wx);
+    struct vec3 bottom = vec3_madd(vec3_scale(bitmap_texel(b, decode, x0, y1), 1.0f - wx),
+                                   bitmap_texel(b, decode, x1, y1), wx);
+    return vec3_madd(vec3_scale(top, 1.0f - wy), bottom, wy);
+}
+
+struct vec3 texture_lookup(const struct texture_set *set, const struct texture *t, float u, float v)
+{
+    if (t->kind == TEXTURE_CONSTANT) return t->value;
+    float x = t->to_uv[0][0] * u + t->to_uv[0][1] * v + t->to_uv[0][2];
+    float y = t->to_uv[1][0] * u + t->to_uv[1][1] * v + t->to_uv[1][2];
+    if (t->kind == TEXTURE_CHECKERBOARD) {
+        bool is_right = x - floorf(x) > 0.5f, is_upper = y - floorf(y) > 0.5f;
+        return vec3_mul(is_right == is_upper ? t->color0 : t->color1, t->value);
+    }
+    return vec3_mul(bitmap_eval(set, t, x, y), t->value);
+}
+
+float texture_mean(const struct texture_set *set, uint32_t index)
+{
+    const struct texture *t = &set->textures[index];
+    if (t->kind == TEXTURE_CONSTANT) return vec3_mean(t->value);
+    if (t->kind == TEXTURE_CHECKERBOARD)
+        return 0.5f * vec3_mean(vec3_mul(vec3_add(t->color0, t->color1), t->value));
+    const struct bitmap *b = &set->bitmaps[t->bitmap];
+    const float *decode = set->decode[t->is_raw];
+    enum { GRID = 16 };
+    struct vec3 sum = {0};
+    for (uint32_t j = 0; j < GRID; j++)
+        for (uint32_t i = 0; i < GRID; i++)
+            sum = vec3_add(
+                sum,
+                bitmap_texel(b, decode, (uint32_t)(((2 * i + 1) * (uint64_t)b->width) / (2 * GRID)),
+                             (uint32_t)(((2 * j + 1) * (uint64_t)b->height) / (2 * GRID))));
+    return vec3_mean(vec3_mul(sum, t->value)) * (1.0f / (GRID * GRID));
+}

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef RENDER_TEXTURE_H
+#define RENDER_TEXTURE_H
+
+#include "scene/scene.h"
+
+/*
+ * Texture lookup with Mitsuba's conventions: v = 0 is the picture's top row, texel (i, j) has its
+ * centre at ((i + .5) / width, (j + .5) / height), 8-bit pictures are sRGB-decoded unless raw.
+ */
+struct texture_set {
+    const struct texture *textures; /* the state's */
+    const struct bitmap *bitmaps;   /* the scene's */
+    const float (*decode)[256];     /* [2]: sRGB, raw; from texture_decode_init() */
+};
+
+void texture_decode_init(float decode[2][256]);
+
+/* For textures that are not constant. */
+struct vec3 texture_lookup(const struct texture_set *set, const struct texture *t, float u,
+                           float v);
+
+static inline struct vec3 texture_eval(const struct texture_set *set, uint32_t index, float u,
+                                       float v)
+{
+    const struct texture *t = &set->textures[index];
+    return t->kind == TEXTURE_CONSTANT ? t->value : texture_lookup(set, t, u, v);
+}
+
+/* The same for an optional texture: `otherwise` when there is none. */
+static inline struct vec3 texture_eval_or(const struct texture_set *set, uint32_t index, float u,
+                                          float v, float otherwise)
+{
+    return index == SCENE_NONE ? vec3_splat(otherwise) : texture_eval(set, index, u, v);
+}
+
+/* Texel (x, y) of a bitmap as RGB; grey pictures are spread, alpha is ignored. */
+struct vec3 bitmap_texel(const struct bitmap *b, const float decode[256], uint32_t x, uint32_t y);
+
+/* Average over the texture and its channels: a guide for sampling, not exact for large bitmaps. */
+float texture_mean(const struct texture_set *set, uint32_t index);
+
+#endif

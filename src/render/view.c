@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/view.h"
+
+#include <string.h>
+
+#include "base/mem.h"
+#include "render/world.h"
+
+lmn_status view_new(const struct world *w, struct view **out, struct error *err)
+{
+    const struct scene *s = w->scene;
+    lmn_status status = LMN_OK;
+    struct view *v = mem_new(1, sizeof *v);
+    *out = NULL;
+    if (!v) return fail_memory(err, "view");
+    v->world = w;
+    TRY(scene_state_init(s, &v->state, err));
+    TRY(accel_top_new(w->accel, &v->top, err));
+    v->materials = mem_new(s->n_bsdfs, sizeof *v->materials);
+    v->instances = mem_new(s->n_instances, sizeof *v->instances);
+    v->committed = mem_new(s->n_instances, sizeof *v->committed);
+    v->lights = mem_new(w->n_lights_max, sizeof *v->lights);
+    if ((!v->materials && s->n_bsdfs) || (!v->instances && s->n_instances) ||
+        (!v->committed && s->n_instances) || (!v->lights && w->n_lights_max)) {
+        status = fail_memory(err, "view");
+        goto done;
+    }
+    v->textures = (struct texture_set){
+        .textures = v->state.textures,
+        .bitmaps = s->bitmaps,
+        .decode = w->decode,
+    };
+    view_refresh(v, true);
+    *out = v;
+    v = NULL;
+done:
+    view_free(v);
+    return status;
+}
+
+void view_free(struct view *v)
+{
+    if (!v) return;
+    accel_top_free(v->top);
+    scene_state_release(&v->state);
+    mem_free(v->materials);
+    mem_free(v->instances);
+    mem_free(v->committed);
+    mem_free(v->lights);
+    mem_free(v);
+}
+
+void view_set(struct view *v, const float *u)
+{
+    scene_apply(v->world->scene, u, &v->state);
+    view_refresh(v, false);
+}
+
+const struct scene *view_scene(const struct view *v)
+{
+    return v->world->scene;
+}
+
+const struct scene_state *view_state(const struct view *v)
+{
+    return &v->state;
+}
+
+/* The factor by which a map scales all lengths; 0 when directions differ. */
+static float uniform_scale(const struct transform *t)
+{
+    const float(*m)[4] = t->m;
+    double g[3][3], most = 0;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            g[i][j] = 0;
+            for (int k = 0; k < 3; k++) g[i][j] += (double)m[k][i] * m[k][j];
+        }
+    for (int i = 0; i < 3; i++) most = fmax(most, g[i][i]);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            if (fabs(g[i][j] - (i == j ? g[0][0] : 0.0)) > 1e-5 * most) return 0.0f;
+    return (float)sqrt(g[0][0]);
+}
+
+static bool is_identity(const struct transform *t)
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++)
+            if (t->m[i][j] != (i == j ? 1.0f : 0.0f)) return false;
+    return true;
+}
+
+static void refresh_instance(struct view *v, uint32_t index)
+{
+    const struct scene *s = v->world->scene;
+    const struct instance *i = &v->state.instances[index];
+    const float(*m)[4] = i->to_world.m;
+    float det = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+                m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+                m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    v->instances[index] = (struct view_instance){
+        .shapes = v->world->shapes + s->groups[i->group].first_shape,
+        .to_world = &i->to_world,
+        .is_identity = is_identity(&i->to_world),
+        .determinant = fabsf(det),
+        .scale = uniform_scale(&i->to_world),
+    };
+    accel_top_set_instance(v->top, index, &i->to_world, i->is_visible);
+    v->committed[index] = *i;
+}
+
+static bool has_changed(const struct instance *a, const struct instance *b)
+{
+    return a->is_visible != b->is_visible ||
+           memcmp(a->to_world.m, b->to_world.m, sizeof a->to_world.m) != 0;
+}
+
+/* Shapes first, in order of instances; then points; environments last. */
+static void refresh_lights(struct view *v)
+{
+    const struct scene *s = v->world->scene;
+    v->n_lights = 0;
+    for (uint32_t i = 0; i < s->n_instances; i++) {
+        const struct instance *instance = &v->state.instances[i];
+        uint32_t n = v->world->group_n_lights[instance->group];
+        if (n == 0 || !instance->is_visible) continue;
+        const struct group *g = &s->groups[instance->group];
+        for (uint32_t j = 0; j < g->n_shapes; j++) {
+            const struct world_shape *shape = &v->instances[i].shapes[j];
+            if (shape->emitter == SCENE_NONE) continue;
+            v->lights[v->n_lights++] = (struct light){
+                .kind = EMITTER_AREA, .emitter = shape->emitter, .instance = i, .shape = shape};
+        }
+    }
+    for (int pass = 0; pass < 2; pass++) {
+        if (pass == 1) v->first_environment = v->n_lights;
+        for (uint32_t i = 0; i < s->n_emitters; i++) {
+            enum emitter_kind kind = v->state.emitters[i].kind;
+            if (kind == EMITTER_AREA || (kind == EMITTER_POINT) != (pass == 0)) continue;
+            v->lights[v->n_lights++] = (struct light){.kind = kind, .emitter = i};
+        }
+    }
+}
+
+void view_refresh(struct view *v, bool is_first)
+{
+    const struct scene *s = v->world->scene;
+    bool has_moved = is_first;
+    for (uint32_t i = 0; i < s->n_instances; i++) {
+        if (!is_first && !has_changed(&v->state.instances[i], &v->committed[i])) continue;
+        refresh_instance(v, i);
+        has_moved = true;
+    }
+    if (has_moved) {
+        accel_top_commit(v->top);
+        refresh_lights(v);
+    }
+    material_init(v->materials, v->state.bsdfs, s->n_bsdfs, &v->textures);
+}

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/world.h"
+
+#include "base/mem.h"
+#include "render/light.h"
+
+static struct vec3 vertex(const struct mesh *m, uint32_t index)
+{
+    const float *p = m->positions + 3 * (size_t)index;
+    return vec3(p[0], p[1], p[2]);
+}
+
+/* Triangles by area, for choosing points on a mesh that shines. */
+static lmn_status init_area(struct world_shape *shape, const struct mesh *m, struct error *err)
+{
+    float *areas = mem_new(m->n_triangles, sizeof *areas);
+    bool ok = areas != NULL;
+    for (uint32_t i = 0; ok && i < m->n_triangles; i++) {
+        const uint32_t *at = m->indices + 3 * (size_t)i;
+        struct vec3 p = vertex(m, at[0]);
+        struct vec3 n = vec3_cross(vec3_sub(vertex(m, at[1]), p), vec3_sub(vertex(m, at[2]), p));
+        areas[i] = 0.5f * vec3_length(n);
+    }
+    ok = ok && distribution_init(&shape->area, areas, m->n_triangles);
+    shape->total_area = ok ? (float)shape->area.total : 0.0f;
+    mem_free(areas);
+    return ok ? LMN_OK : fail_memory(err, "light table");
+}
+
+static lmn_status init_shape(struct world *w, uint32_t index, struct error *err)
+{
+    const struct shape *s = &w->scene->shapes[index];
+    struct world_shape *shape = &w->shapes[index];
+    *shape = (struct world_shape){.kind = s->kind,
+                                  .is_flipped = s->flip_normals,
+                                  .emitter = s->emitter,
+                                  .to_group = &s->to_group,
+                                  .index = index};
+    if (s->kind == SHAPE_SPHERE) {
+        shape->center = transform_point(&s->to_group, vec3_splat(0.0f));
+        shape->radius = vec3_length(transform_vector(&s->to_group, vec3(1.0f, 0.0f, 0.0f)));
+    }
+    if (s->kind != SHAPE_MESH) return LMN_OK;
+    const struct mesh *m = &w->scene->meshes[s->mesh];
+    shape->positions = m->positions;
+    shape->normals = m->normals;
+    shape->uvs = m->uvs;
+    shape->indices = m->indices;
+    return s->emitter != SCENE_NONE ? init_area(shape, m, err) : LMN_OK;
+}
+
+/* Shapes that no light can be on: nothing to choose a point from. */
+static bool can_shine(const struct world_shape *s)
+{
+    return s->emitter != SCENE_NONE && (s->kind != SHAPE_MESH || s->total_area > 0.0f);
+}
+
+static lmn_status init_shapes(struct world *w, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    const struct scene *s = w->scene;
+    for (uint32_t i = 0; i < s->n_shapes; i++) TRY(init_shape(w, i, err));
+    for (uint32_t g = 0; g < s->n_groups; g++) {
+        for (uint32_t i = 0; i < s->groups[g].n_shapes; i++) {
+            struct world_shape *shape = &w->shapes[s->groups[g].first_shape + i];
+            if (!can_shine(shape)) shape->emitter = SCENE_NONE;
+            if (shape->emitter != SCENE_NONE) w->group_n_lights[g]++;
+        }
+    }
+    for (uint32_t i = 0; i < s->n_instances; i++)
+        w->n_lights_max += w->group_n_lights[s->defaults.instances[i].group];
+    for (uint32_t i = 0; i < s->n_emitters; i++)
+        if (s->defaults.emitters[i].kind != EMITTER_AREA) w->n_lights_max++;
+done:
+    return status;
+}
+
+/* An envmap's bitmap cannot change, so one table each is enough. */
+static lmn_status init_envmaps(struct world *w, struct error *err)
+{
+    const struct scene *s = w->scene;
+    for (uint32_t i = 0; i < s->n_emitters; i++) {
+        const struct emitter *e = &s->defaults.emitters[i];
+        if (e->kind != EMITTER_ENVMAP || w->envmaps[e->bitmap].rgb) continue;
+        if (!envmap_init(&w->envmaps[e->bitmap], &s->bitmaps[e->bitmap], w->decode[0]))
+            return fail_memory(err, "environment map");
+    }
+    return LMN_OK;
+}
+
+lmn_status world_new(const struct scene *scene, struct world **out, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    struct world *w = mem_new(1, sizeof *w);
+    *out = NULL;
+    if (!w) return fail_memory(err, "renderer");
+    w->scene = scene;
+    w->shapes = mem_new(scene->n_shapes, sizeof *w->shapes);
+    w->group_n_lights = mem_new(scene->n_groups, sizeof *w->group_n_lights);
+    w->envmaps = mem_new(scene->n_bitmaps, sizeof *w->envmaps);
+    if ((!w->shapes && scene->n_shapes) || (!w->group_n_lights && scene->n_groups) ||
+        (!w->envmaps && scene->n_bitmaps)) {
+        status = fail_memory(err, "renderer");
+        goto done;
+    }
+    texture_decode_init(w->decode);
+    TRY(init_shapes(w, err));
+    TRY(init_envmaps(w, err));
+    TRY(accel_new(scene, &w->accel, err));
+    *out = w;
+    w = NULL;
+done:
+    world_free(w);
+    return status;
+}
+
+void world_free(struct world *w)
+{
+    if (!w) return;
+    for (uint32_t i = 0; w->shapes && i < w->scene->n_shapes; i++)
+        distribution_release(&w->shapes[i].area);
+    for (uint32_t i = 0; w->envmaps && i < w->scene->n_bitmaps; i++) envmap_release(&w->envmaps[i]);
+    accel_free(w->accel);
+    mem_free(w->shapes);
+    mem_free(w->group_n_lights);
+    mem_free(w->envmaps);
+    mem_free(w);
+}

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef RENDER_WORLD_H
+#define RENDER_WORLD_H
+
+#include "math/distribution.h"
+#include "render/bsdf.h"
+#include "render/embree.h"
+#include "render/texture.h"
+#include "render/view.h"
+
+/* The insides of struct world and struct view, for the files of src/render/ only. */
+
+/* What tracing needs of a shape, in one place. Pointers are into the scene. */
+struct world_shape {
+    enum shape_kind kind;
+    bool is_flipped;
+    uint32_t emitter; /* SCENE_NONE: none */
+    const float *positions, *normals, *uvs;
+    const uint32_t *indices;
+    const struct transform *to_group; /* spheres and disks */
+    struct vec3 center;               /* spheres, group space */
+    float radius;
+    uint32_t index;           /* into scene->shapes */
+    struct distribution area; /* emissive meshes: triangles by area in group space */
+    float total_area;         /* emissive meshes: in group space */
+};
+
+/* An image of radiance around the scene, ready for sampling. The picture's texel centres are nodes
+ * of a periodic grid; radiance is bilinear between them and a cell (between four nodes) is chosen
+ * by its mean luminance and solid angle. */
+struct world_envmap {
+    uint32_t width, height;      /* nodes */
+    float *rgb;                  /* [height][width][3] */
+    struct distribution2d cells; /* width x (height - 1) */
+};
+
+struct world {
+    const struct scene *scene;
+    struct accel *accel;
+    struct world_shape *shapes;   /* [n_shapes] */
+    uint32_t *group_n_lights;     /* [n_groups] */
+    struct world_envmap *envmaps; /* [n_bitmaps], unused for others */
+    uint32_t n_lights_max;        /* of any configuration */
+    float decode[2][256];
+};
+
+/* An instance as hits see it. */
+struct view_instance {
+    const struct world_shape *shapes; /* of its group */
+    const struct transform *to_world;
+    bool is_identity;
+    float determinant; /* |det| of to_world */
+    float scale;       /* of lengths, when it is the same in all directions; else 0 */
+};
+
+/* One thing that shines: an emissive shape of a visible instance, or an emitter without shape. */
+struct light {
+    enum emitter_kind kind;
+    uint32_t emitter; /* into state->emitters */
+    uint32_t instance;
+    const struct world_shape *shape; /* EMITTER_AREA */
+};
+
+struct view {
+    const struct world *world;
+    struct scene_state state;
+    struct accel_top *top;
+    struct texture_set textures;
+    struct material *materials;      /* [n_bsdfs] */
+    struct view_instance *instances; /* [n_instances] */
+    struct instance *committed;      /* [n_instances]: as the top level has them */
+    struct light *lights;            /* [world->n_lights_max] */
+    uint32_t n_lights;
+    uint32_t first_environment; /* lights from here on surround the scene */
+};
+
+/* Brings what is derived from the state up to date: instances that moved, lights, materials. */
+void view_refresh(struct view *v, bool is_first);
+
+#endif

@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef TRAIN_PLOT_H
+#define TRAIN_PLOT_H
+
+#include "base/error.h"
+
+/*
+ * Draws a training run as one self-contained SVG: the loss of fresh and replayed batches over steps
+ * (and seconds), acceptance and reuse, the errors that were evaluated on the way, and for every
+ * dimension of the exploration where the chains were. Curves are thinned to medians of at most 1000
+ * bins. svg_path "-" is standard output.
+ *
+ * metrics_path  what the trainer wrote, one JSON object per line. A last line without its end (a
+ * run that was killed) is left out; where a resumed run repeats steps, the later lines count.
+ * Anything else malformed is an error with file:line.
+ */
+lmn_status plot_svg(const char *metrics_path, const char *svg_path, struct error *err);
+
+#endif

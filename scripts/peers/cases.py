@@ -41,9 +41,11 @@ OUTSIDE_CASES = [
 ]
 
 
+
+def own_cases():
+    """The small scenes of this project, at their default configuration."""
+    return [Case(path.stem, path) for path in sorted((ROOT / "scenes/tests").glob("*.xml"))]
+
+
 def all_cases():
-    return OUTSIDE_CASES
-
-
-def replace(case, changes):
-    return dataclasses.replace(case, **changes)
+    return own_cases() + OUTSIDE_CASES

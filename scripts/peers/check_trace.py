@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """check_trace.py [--json] [CASE...]: `lumenaut trace` agrees with Mitsuba 3 up to noise.
 
-For every case of cases.py both render the same configuration from several seeds (box filter, equal
+For every case of cases.py both render the same configuration from several seeds (equal filter,
 depth and roulette); tiles.py says how 16 x 16 tiles are compared. The family-wise level over all
 tiles, channels and cases is 1 %. A case with a tile beyond it is rendered again from fresh seeds
 with four times the samples (rare bright paths make the first spread too small), and fails when the
 fresh images fail alone. Exit status 1 when a case fails.
 """
 import argparse
+import dataclasses
 import json
 import pathlib
 import subprocess
@@ -19,7 +20,6 @@ import time
 import numpy as np
 
 import cases
-import freeze
 import render_mitsuba
 import tiles
 
@@ -29,10 +29,7 @@ RETRY = 4
 
 def ours(mi, case, folder, seeds, spp):
     """[seeds, tiles, 3] by our tool, and its seconds of rendering."""
-    # The scene as it is, but for the filter: beside it, its variables file would be found too.
-    scene = folder / f"{case.name}.xml"
-    scene.write_text(freeze.with_box_filter(case.scene), encoding="utf-8")
-    command = [LUMENAUT, "params", scene, "--json"]
+    command = [LUMENAUT, "params", case.scene, "--json"]
     listing = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
     names = [v["name"] for v in listing["variables"]]
     if len(names) != len(case.u):
@@ -40,7 +37,7 @@ def ours(mi, case, folder, seeds, spp):
     means, seconds = [], 0.0
     for seed in seeds:
         out = folder / "ours.exr"
-        command = [LUMENAUT, "trace", scene, "-o", out, "--size", f"{case.size}x{case.size}",
+        command = [LUMENAUT, "trace", case.scene, "-o", out, "--size", f"{case.size}x{case.size}",
                    "--spp", str(spp), "--seed", str(seed), "--max-depth", str(case.max_depth),
                    "--rr-depth", str(case.rr_depth), "--json"]
         for name, u in zip(names, case.u):
@@ -56,7 +53,7 @@ def ours(mi, case, folder, seeds, spp):
 def theirs(mi, case, seeds, spp):
     """[seeds, tiles, 3] by Mitsuba, and its seconds of rendering."""
     settings = {"max_depth": case.max_depth, "rr_depth": case.rr_depth, "hide_emitters": False}
-    text = render_mitsuba.freeze_with_bounds(mi, str(case.scene), case.u, box_filter=True)
+    text = render_mitsuba.freeze_with_bounds(mi, str(case.scene), case.u)
     scene, integrator = render_mitsuba.load(mi, text, (case.size, case.size), settings)
     start = time.perf_counter()
     means = [tiles.tile_means(render_mitsuba.render(mi, scene, integrator, spp, seed))
@@ -112,7 +109,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         for case in present:
             changes = {k: v for k, v in (("seeds", args.seeds), ("spp", args.spp)) if v}
-            result = judge(mi, cases.replace(case, changes), level, pathlib.Path(folder))
+            result = judge(mi, dataclasses.replace(case, **changes), level, pathlib.Path(folder))
             results.append(result)
             if not args.json:
                 print("{case:<18} {0:<5} {1:<12} {z:7.2f} {p:8.1e} {2:8.2%}   {3:7.3%} ±{4:7.3%} "

@@ -235,10 +235,12 @@ def clean(root, folder):
         for node in list(film):
             if node.get("name") not in ("width", "height") and node.tag != "rfilter":
                 film.remove(node)
+        # Pixels at the edge see beyond it, as all others see beyond themselves.
+        ElementTree.SubElement(film, "boolean", name="sample_border", value="true")
 
 
-def freeze(path, u=None, bbox=None, defines=None, box_filter=False):
-    """The XML text of `path` at u. box_filter: pixels stand alone, for tests of tile means."""
+def freeze(path, u=None, bbox=None, defines=None):
+    """The XML text of `path` at u."""
     root = read(path, defines)
     variables = variables_of(root)
     n = sum(len(v.parts) for v in variables)
@@ -251,28 +253,8 @@ def freeze(path, u=None, bbox=None, defines=None, box_filter=False):
     put_emitters_into_shapes(root)
     expand_instances(root)
     clean(root, os.path.dirname(path))
-    if box_filter:
-        use_box_filter(root)
     if root.get("version", "").startswith("2."):
         root.set("version", "3.0.0")
-    return ElementTree.tostring(root, encoding="unicode") + "\n"
-
-
-def use_box_filter(root):
-    for film in root.iter("film"):
-        for node in film.findall("rfilter"):
-            film.remove(node)
-        ElementTree.SubElement(film, "rfilter", type="box")
-
-
-def with_box_filter(path):
-    """The scene as it is, variables too, but with a box filter and absolute file names."""
-    root = ElementTree.parse(path).getroot()
-    use_box_filter(root)
-    for node in root.iter("string"):
-        if node.get("name") == "filename":
-            folder = os.path.dirname(os.path.abspath(path))
-            node.set("value", os.path.join(folder, node.get("value")))
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
 

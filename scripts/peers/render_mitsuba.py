@@ -135,10 +135,10 @@ def main():
     return 0
 
 
-def freeze_with_bounds(mi, path, u=None, box_filter=False):
+def freeze_with_bounds(mi, path, u=None):
     """freeze.freeze(), with the bounding box (at u = 0.5) that a variable camera needs."""
     box = bounds(mi, freeze.freeze(path, None, [0, 0, 0, 1, 1, 1]))
-    return freeze.freeze(path, u, box, box_filter=box_filter)
+    return freeze.freeze(path, u, box)
 
 
 if __name__ == "__main__":

@@ -49,10 +49,15 @@ struct shape {
     bool flip_normals;
 };
 
+struct bounds {
+    struct vec3 min, max;
+};
+
 /* Shapes that move together: one bottom-level acceleration structure. */
 struct group {
     const char *name;
     uint32_t first_shape, n_shapes; /* a run of scene->shapes */
+    struct bounds bounds;           /* in the group's space; min > max when it is empty */
 };
 
 /* ---- Can change: the state ----------------------------------------------------------------- */
@@ -185,10 +190,6 @@ struct variable {
 };
 
 struct binding; /* how variables write into the state; src/scene/binding.h */
-
-struct bounds {
-    struct vec3 min, max;
-};
 
 struct scene {
     struct arena arena; /* owns all below but bitmaps' pixels */

@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef SCENE_BOUNDS_H
+#define SCENE_BOUNDS_H
+
+#include "scene/scene.h"
+
+/* Nothing: min > max. */
+struct bounds bounds_empty(void);
+bool bounds_is_empty(const struct bounds *b);
+void bounds_add(struct bounds *b, struct vec3 p);
+
+/* Of the shapes of a group, in its space. */
+struct bounds group_bounds(const struct scene *s, const struct group *g);
+
+#endif

@@ -1,0 +1,232 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/reader_mitsuba_private.h"
+
+/* The sensor with its sampler and film, and the integrator. Defaults are Mitsuba 3's. */
+
+/* ---- Film --------------------------------------------------------------------------------- */
+
+static lmn_status read_rfilter(struct reader *r, struct xml_node *node, struct render_settings *s)
+{
+    static const char *const words[] = {"box",      "tent",       "gaussian",
+                                        "mitchell", "catmullrom", "lanczos"};
+    lmn_status status = LMN_OK;
+    struct props p = props_of(r, node);
+    struct builder_object object;
+    if (strcmp(p.type, "box") == 0) {
+        s->filter = FILTER_BOX;
+        s->filter_radius = 0.5f;
+        TRY(props_positive(&p, "radius", &s->filter_radius));
+    } else if (strcmp(p.type, "tent") == 0) {
+        s->filter = FILTER_TENT;
+        s->filter_radius = 1.0f;
+        TRY(props_positive(&p, "radius", &s->filter_radius));
+    } else if (strcmp(p.type, "gaussian") == 0) {
+        s->filter = FILTER_GAUSSIAN;
+        s->filter_stddev = 0.5f;
+        TRY(props_positive(&p, "stddev", &s->filter_stddev));
+        s->filter_radius = 4.0f * s->filter_stddev;
+    } else {
+        for (size_t i = 3; i < sizeof words / sizeof *words; i++) {
+            if (strcmp(p.type, words[i]) == 0) return fail_unsupported(r, node);
+        }
+        return fail_unknown(r, node, "unknown rfilter", p.type, words,
+                            sizeof words / sizeof *words);
+    }
+    if (s->filter_radius > 16.0f) return fail_node(r, node, "the filter is wider than 16 pixels");
+    TRY(props_finish(&p, &object));
+done:
+    return status;
+}
+
+static lmn_status read_film(struct reader *r, struct xml_node *node, struct render_settings *s)
+{
+    static const char *const words[] = {"hdrfilm"};
+    static const char *const ignored[] = {
+        "file_format", "pixel_format", "component_format", "crop_offset_x", "crop_offset_y",
+        "crop_width",  "crop_height",  "sample_border",    "compensate",    "high_quality_edges",
+        "banner",      "gamma",        "filename",         "attach_log"};
+    lmn_status status = LMN_OK;
+    struct props p = props_of(r, node);
+    struct builder_object object;
+    struct xml_node *child;
+    int32_t width = (int32_t)s->width, height = (int32_t)s->height;
+    if (strcmp(p.type, "specfilm") == 0) return fail_unsupported(r, node);
+    if (strcmp(p.type, "ldrfilm") == 0) return fail_unsupported(r, node);
+    if (strcmp(p.type, words[0]) != 0)
+        return fail_unknown(r, node, "unknown film", p.type, words, 1);
+    TRY(props_integer(&p, "width", 1, IMAGE_MAX_SIDE, &width));
+    TRY(props_integer(&p, "height", 1, IMAGE_MAX_SIDE, &height));
+    s->width = (uint32_t)width;
+    s->height = (uint32_t)height;
+    TRY(props_object(&p, EL_RFILTER, &child));
+    if (child) TRY(read_rfilter(r, child, s));
+    for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) props_ignore(&p, ignored[i]);
+    TRY(props_finish(&p, &object));
+done:
+    return status;
+}
+
+/* ---- Sampler ------------------------------------------------------------------------------ */
+
+static lmn_status read_sampler(struct reader *r, struct xml_node *node, struct render_settings *s)
+{
+    static const char *const words[] = {"independent", "multijitter", "stratified", "orthogonal",
+                                        "ldsampler",   "sobol",       "halton",     "hammersley"};
+    lmn_status status = LMN_OK;
+    struct props p = props_of(r, node);
+    struct builder_object object;
+    int32_t spp = (int32_t)s->spp, seed = 0;
+    size_t i = 0;
+    while (i < sizeof words / sizeof *words && strcmp(p.type, words[i]) != 0) i++;
+    if (i == sizeof words / sizeof *words)
+        return fail_unknown(r, node, "unknown sampler", p.type, words, i);
+    s->sampler = i == 0 ? SAMPLER_INDEPENDENT : SAMPLER_SOBOL;
+    if (i > 0) {
+        char what[80];
+        snprintf(what, sizeof what, "sampler \"%s\": taken as a scrambled Sobol sequence",
+                 words[i]);
+        note_ignored(r, node, what);
+    }
+    TRY(props_integer(&p, "sample_count", 1, 1 << 30, &spp));
+    TRY(props_integer(&p, "seed", 0, INT32_MAX, &seed));
+    s->spp = (uint32_t)spp;
+    s->seed = (uint64_t)seed;
+    props_ignore(&p, "jitter");
+    props_ignore(&p, "strength");
+    props_ignore(&p, "scramble");
+    TRY(props_finish(&p, &object));
+done:
+    return status;
+}
+
+/* ---- Sensor ------------------------------------------------------------------------------- */
+
+static bool is_rigid(const struct transform *t)
+{
+    for (int i = 0; i < 3; i++) {
+        struct vec3 a = vec3(t->m[0][i], t->m[1][i], t->m[2][i]);
+        struct vec3 b = vec3(t->m[0][(i + 1) % 3], t->m[1][(i + 1) % 3], t->m[2][(i + 1) % 3]);
+        if (fabsf(vec3_dot(a, a) - 1.0f) > 2e-3f || fabsf(vec3_dot(a, b)) > 2e-3f) return false;
+    }
+    return true;
+}
+
+/* The field of view: `fov` along `fov_axis`, or the focal length of a 35 mm camera ("50mm"), which
+ * goes with the diagonal of its 36 x 24 mm film. */
+static lmn_status read_fov(struct props *p, struct sensor *s)
+{
+    static const char *const axes[] = {"x", "y", "diagonal", "smaller", "larger"};
+    lmn_status status = LMN_OK;
+    uint32_t axis = FOV_X;
+    if (props_has(p, "fov")) {
+        if (props_has(p, "focal_length"))
+            return fail_node(p->r, p->node, "either \"fov\" or \"focal_length\"");
+        TRY(props_positive(p, "fov", &s->fov));
+        TRY(props_choice(p, "fov_axis", axes, 5, &axis));
+        if (s->fov >= 180.0f) return fail_node(p->r, p->node, "\"fov\" must be below 180 degrees");
+        s->fov_axis = (enum fov_axis)axis;
+    } else {
+        const char *text = "50mm";
+        TRY(props_string(p, "focal_length", &text));
+        char number[32];
+        double mm;
+        size_t n = strlen(text);
+        if (n > 2 && strcmp(text + n - 2, "mm") == 0) n -= 2;
+        snprintf(number, sizeof number, "%.*s", n < sizeof number ? (int)n : 0, text);
+        if (!str_to_double(number, &mm) || !(mm > 0.0))
+            return fail_node(p->r, p->node, "focal_length \"%.40s\" is not like \"50mm\"", text);
+        s->fov = (float)(2.0 * atan(sqrt(36.0 * 36.0 + 24.0 * 24.0) / (2.0 * mm)) * 180.0 /
+                         3.14159265358979323846);
+        s->fov_axis = FOV_DIAGONAL;
+    }
+done:
+    return status;
+}
+
+lmn_status load_sensor(struct reader *r, struct xml_node *node)
+{
+    static const char *const words[] = {"perspective",   "thinlens",        "orthographic",
+                                        "radiancemeter", "irradiancemeter", "distant",
+                                        "batch"};
+    static const char *const ignored[] = {"shutter_open", "shutter_close", "focus_distance"};
+    lmn_status status = LMN_OK;
+    struct props p = props_of(r, node);
+    struct builder_object object;
+    struct render_settings *settings = &r->b->settings;
+    struct sensor s = {.to_world = transform_identity(), .near_clip = 0.01f, .far_clip = 1e4f};
+    struct xml_node *child;
+    float offset[2] = {0, 0};
+    if (strcmp(p.type, words[0]) != 0) {
+        for (size_t i = 1; i < sizeof words / sizeof *words; i++) {
+            if (strcmp(p.type, words[i]) == 0) return fail_unsupported(r, node);
+        }
+        return fail_unknown(r, node, "unknown sensor", p.type, words, sizeof words / sizeof *words);
+    }
+    TRY(props_transform(&p, "to_world", &s.to_world));
+    if (!is_rigid(&s.to_world))
+        return fail_node(r, node, "the sensor's to_world must not scale or shear");
+    TRY(read_fov(&p, &s));
+    TRY(props_positive(&p, "near_clip", &s.near_clip));
+    TRY(props_positive(&p, "far_clip", &s.far_clip));
+    if (!(s.near_clip < s.far_clip))
+        return fail_node(r, node, "\"near_clip\" must be below \"far_clip\"");
+    TRY(props_float(&p, "principal_point_offset_x", &offset[0]));
+    TRY(props_float(&p, "principal_point_offset_y", &offset[1]));
+    if (offset[0] != 0.0f || offset[1] != 0.0f)
+        return fail_node(r, node, "a principal point off the centre is not supported yet");
+    TRY(props_object(&p, EL_SAMPLER, &child));
+    if (child) TRY(read_sampler(r, child, settings));
+    TRY(props_object(&p, EL_FILM, &child));
+    if (child) TRY(read_film(r, child, settings));
+    for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) props_ignore(&p, ignored[i]);
+    TRY(props_finish(&p, &object));
+    TRY(builder_set_sensor(r->b, &object, &s, r->err));
+done:
+    return status;
+}
+
+/* ---- Integrator --------------------------------------------------------------------------- */
+
+lmn_status load_integrator(struct reader *r, struct xml_node *node)
+{
+    static const char *const words[] = {"path", "direct", "aov", "moment"};
+    static const char *const known[] = {
+        "volpath", "volpathmis",        "ptracer", "bdpt",   "photonmapper", "sppm", "depth",
+        "prb",     "direct_projective", "stokes",  "pssmlt", "mlt",          "erpt"};
+    static const char *const ignored[] = {
+        "samples_per_pass", "block_size",      "timeout",      "aovs",
+        "shading_samples",  "emitter_samples", "bsdf_samples", "strict_normals"};
+    lmn_status status = LMN_OK;
+    struct props p = props_of(r, node);
+    struct builder_object object;
+    struct render_settings *s = &r->b->settings;
+    struct xml_node *child;
+    if (strcmp(p.type, "aov") == 0 || strcmp(p.type, "moment") == 0) {
+        /* Wrappers that add outputs; buffers are asked for elsewhere here. */
+        TRY(props_object(&p, EL_INTEGRATOR, &child));
+        if (child && r->depth++ == 8) return fail_node(r, child, "integrators are nested too deep");
+        if (child) TRY(load_integrator(r, child));
+        r->depth -= child != NULL;
+    } else if (strcmp(p.type, "direct") == 0) {
+        s->max_depth = 2; /* `direct` is `path` up to one bounce */
+    } else if (strcmp(p.type, "path") == 0) {
+        TRY(props_integer(&p, "max_depth", -1, INT32_MAX, &s->max_depth));
+        TRY(props_integer(&p, "rr_depth", 1, INT32_MAX, &s->rr_depth));
+    } else {
+        for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
+            if (strcmp(p.type, known[i]) == 0) return fail_unsupported(r, node);
+        }
+        return fail_unknown(r, node, "unknown integrator", p.type, words,
+                            sizeof words / sizeof *words);
+    }
+    TRY(props_boolean(&p, "hide_emitters", &s->hide_emitters));
+    for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) props_ignore(&p, ignored[i]);
+    TRY(props_finish(&p, &object));
+done:
+    return status;
+}

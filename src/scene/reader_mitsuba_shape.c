@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <string.h>
+
+#include "base/file.h"
+#include "scene/mesh.h"
+#include "scene/reader_mitsuba_private.h"
+
+/* One function per shape: fills kind, mesh, to_world; may set *stem, what a shape without an id is
+ * called. Defaults are Mitsuba 3's. */
+typedef lmn_status shape_fn(struct props *p, struct builder_shape *s, const char **stem);
+
+static const struct vec3 half = {0.5f, 0.5f, 0.5f}, black = {0, 0, 0};
+
+/* ---- Meshes ------------------------------------------------------------------------------- */
+
+static lmn_status add_mesh(struct props *p, const struct mesh *m, struct builder_shape *s)
+{
+    s->kind = SHAPE_MESH;
+    return builder_add_mesh(p->r->b, m, &s->mesh, p->r->err);
+}
+
+/* "Mesh015" of "meshes/Mesh015.obj". */
+static lmn_status stem_of(struct reader *r, const char *path, const char **out)
+{
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    char *copy = arena_strdup(&r->arena, name);
+    if (!copy) return fail_memory(r->err, path);
+    char *dot = strrchr(copy, '.');
+    if (dot && dot != copy) *dot = '\0';
+    *out = copy;
+    return LMN_OK;
+}
+
+typedef lmn_status mesh_load_fn(const char *path, const char *text, size_t size,
+                                const struct mesh_options *options, struct arena *arena,
+                                struct mesh *out, struct error *err);
+
+enum { MAX_MESH_FILE = 1 << 30 };
+
+static lmn_status read_mesh_file(struct props *p, struct builder_shape *s, const char **stem,
+                                 bool has_flipped_v, mesh_load_fn *load)
+{
+    lmn_status status = LMN_OK;
+    struct reader *r = p->r;
+    struct mesh_options options = {.to_world = s->to_world, .has_flipped_v = has_flipped_v};
+    const char *name = NULL, *path;
+    char *text = NULL;
+    size_t size;
+    struct mesh m;
+    TRY(props_string(p, "filename", &name));
+    if (!name) {
+        status = fail_node(r, p->node, "%s needs a \"filename\"", p->type);
+        goto done;
+    }
+    TRY(props_boolean(p, "face_normals", &options.has_face_normals));
+    TRY(props_boolean(p, "flip_tex_coords", &options.has_flipped_v));
+    TRY(find_file(r, p->node, name, &path));
+    TRY(file_read(path, MAX_MESH_FILE, &text, &size, r->err));
+    builder_hash(r->b, text, size);
+    TRY(load(path, text, size, &options, r->b->arena, &m, r->err));
+    TRY(stem_of(r, path, stem));
+    TRY(add_mesh(p, &m, s));
+done:
+    mem_free(text);
+    return status;
+}
+
+static lmn_status read_obj(struct props *p, struct builder_shape *s, const char **stem)
+{
+    return read_mesh_file(p, s, stem, true, obj_load);
+}
+
+static lmn_status read_rectangle(struct props *p, struct builder_shape *s, const char **stem)
+{
+    struct mesh m;
+    lmn_status status = mesh_rectangle(&s->to_world, p->r->b->arena, &m, p->r->err);
+    (void)stem;
+    return status == LMN_OK ? add_mesh(p, &m, s) : status;
+}
+
+static lmn_status read_cube(struct props *p, struct builder_shape *s, const char **stem)
+{
+    struct mesh m;
+    lmn_status status = mesh_cube(&s->to_world, p->r->b->arena, &m, p->r->err);
+    (void)stem;
+    return status == LMN_OK ? add_mesh(p, &m, s) : status;
+}
+
+/* ---- Spheres and disks -------------------------------------------------------------------- */
+
+/* Rotation, uniform scale and perhaps a mirror: the columns are orthogonal and of one length. */
+static bool is_similarity(const struct transform *t)
+{
+    struct vec3 c[3];
+    for (int j = 0; j < 3; j++) c[j] = vec3(t->m[0][j], t->m[1][j], t->m[2][j]);
+    float s = vec3_dot(c[0], c[0]), tolerance = 1e-3f * s;
+    return fabsf(vec3_dot(c[1], c[1]) - s) <= tolerance &&
+           fabsf(vec3_dot(c[2], c[2]) - s) <= tolerance &&
+           fabsf(vec3_dot(c[0], c[1])) <= tolerance && fabsf(vec3_dot(c[0], c[2])) <= tolerance &&
+           fabsf(vec3_dot(c[1], c[2])) <= tolerance;
+}
+
+static lmn_status read_sphere(struct props *p, struct builder_shape *s, const char **stem)
+{
+    lmn_status status = LMN_OK;
+    struct vec3 centre = vec3(0, 0, 0);
+    float radius = 1.0f;
+    (void)stem;
+    TRY(props_point(p, "center", &centre));
+    TRY(props_positive(p, "radius", &radius));
+    if (!is_similarity(&s->to_world))
+        return fail_node(p->r, p->node, "a sphere that is scaled non-uniformly is not supported");
+    struct transform move = transform_translate(centre);
+    struct transform grow = transform_scale(vec3_splat(radius));
+    grow = transform_mul(&move, &grow);
+    s->kind = SHAPE_SPHERE;
+    s->to_world = transform_mul(&s->to_world, &grow);
+    /* A mirrored sphere is turned inside out, as Mitsuba has it. */
+    if (transform_flips(&s->to_world)) s->flip_normals = !s->flip_normals;
+    for (int i = 0; i < 12; i++) {
+        if (!isfinite(s->to_world.m[i / 4][i % 4]) || !isfinite(s->to_world.inv[i / 4][i % 4]))
+            return fail_node(p->r, p->node, "the sphere's radius is out of range");
+    }
+done:
+    return status;
+}
+
+static lmn_status read_disk(struct props *p, struct builder_shape *s, const char **stem)
+{
+    (void)p;
+    (void)stem;
+    s->kind = SHAPE_DISK;
+    return LMN_OK;
+}
+
+/* ---- Table -------------------------------------------------------------------------------- */
+
+static const struct {
+    const char *type;
+    shape_fn *read; /* NULL: known, not supported yet */
+} plugins[] = {
+    {"obj", read_obj},
+    {"ply", NULL},
+    {"rectangle", read_rectangle},
+    {"cube", read_cube},
+    {"sphere", read_sphere},
+    {"disk", read_disk},
+    {"cylinder", NULL},
+    {"serialized", NULL},
+    {"hair", NULL},
+    {"bsplinecurve", NULL},
+    {"linearcurve", NULL},
+    {"sdfgrid", NULL},
+    {"ellipsoids", NULL},
+    {"ellipsoidsmesh", NULL},
+    {"blender", NULL},
+    {"heightfield", NULL},
+    {"merge", NULL},
+};
+enum { N_PLUGINS = sizeof plugins / sizeof *plugins };
+
+/* ---- Groups and instances ----------------------------------------------------------------- */
+
+static lmn_status load_group(struct reader *r, struct xml_node *node, uint32_t *index)
+{
+    lmn_status status = LMN_OK;
+    struct props p = props_of(r, node);
+    struct builder_object object;
+    uint32_t shape, n = 0;
+    for (struct xml_node *c = node->first_child; c; c = c->next) {
+        if (c->element != EL_SHAPE) continue;
+        const char *type = xml_attribute(c, "type");
+        if (strcmp(type, "shapegroup") == 0 || strcmp(type, "instance") == 0)
+            return fail_node(r, c, "a shapegroup cannot hold a %s", type);
+        c->is_used = true;
+        n++;
+    }
+    if (n == 0) return fail_node(r, node, "the shapegroup is empty");
+    TRY(props_finish(&p, &object));
+    TRY(builder_add_group(r->b, &object, index, r->err));
+    node->kind = BUILDER_GROUP;
+    for (struct xml_node *c = node->first_child; c; c = c->next) {
+        if (c->element != EL_SHAPE) continue;
+        if (c->load_state != LOAD_NOT_YET) return fail_node(r, c, "the shape is in use elsewhere");
+        c->load_state = LOAD_NOW;
+        TRY(load_shape(r, c, *index, &shape));
+        c->index = shape;
+        c->load_state = LOAD_DONE;
+    }
+done:
+    return status;
+}
+
+static lmn_status load_instance(struct reader *r, struct xml_node *node, uint32_t *index)
+{
+    lmn_status status = LMN_OK;
+    struct props p = props_of(r, node);
+    struct builder_instance in = {.to_world = transform_identity()};
+    struct xml_node *group;
+    TRY(props_transform(&p, "to_world", &in.to_world));
+    TRY(props_object(&p, EL_SHAPE, &group));
+    if (!group || strcmp(xml_attribute(group, "type"), "shapegroup") != 0)
+        return fail_node(r, node, "an instance needs a <ref> to a shapegroup");
+    TRY(load_object(r, group));
+    in.group = group->index;
+    TRY(props_finish(&p, &in.object));
+    node->kind = BUILDER_INSTANCE;
+    TRY(builder_add_instance(r->b, &in, index, r->err));
+done:
+    return status;
+}
+
+/* ---- Shapes ------------------------------------------------------------------------------- */
+
+/* The shape's material and light, nested or by reference. A light without a material reflects
+ * nothing, another shape is grey. */
+static lmn_status read_surface(struct props *p, struct builder_shape *s)
+{
+    lmn_status status = LMN_OK;
+    struct reader *r = p->r;
+    struct xml_node *node;
+    s->bsdf = s->emitter = SCENE_NONE;
+    TRY(props_object(p, EL_EMITTER, &node));
+    if (node) {
+        TRY(load_object(r, node));
+        s->emitter = node->index;
+    }
+    TRY(props_object(p, EL_BSDF, &node));
+    if (node) {
+        TRY(load_object(r, node));
+        s->bsdf = node->index;
+    } else {
+        struct builder_object object = {.place = p->node->place};
+        struct bsdf f = {.kind = BSDF_DIFFUSE,
+                         .specular_reflectance = SCENE_NONE,
+                         .specular_transmittance = SCENE_NONE,
+                         .alpha_u = SCENE_NONE,
+                         .alpha_v = SCENE_NONE,
+                         .eta_texture = SCENE_NONE,
+                         .k_texture = SCENE_NONE,
+                         .eta = 1.0f,
+                         .opacity = SCENE_NONE,
+                         .child = {SCENE_NONE, SCENE_NONE}};
+        struct vec3 value = s->emitter == SCENE_NONE ? half : black;
+        TRY(builder_add_constant(r->b, object.place, value, &f.reflectance, r->err));
+        TRY(builder_add_bsdf(r->b, &object, &f, &s->bsdf, r->err));
+    }
+done:
+    return status;
+}
+
+lmn_status load_shape(struct reader *r, struct xml_node *node, uint32_t group, uint32_t *index)
+{
+    lmn_status status = LMN_OK;
+    struct props p = props_of(r, node);
+    struct builder_shape s = {.mesh = SCENE_NONE, .to_world = transform_identity(), .group = group};
+    const char *names[N_PLUGINS + 2], *stem = p.type;
+    shape_fn *read = NULL;
+    if (strcmp(p.type, "shapegroup") == 0) return load_group(r, node, index);
+    if (strcmp(p.type, "instance") == 0) return load_instance(r, node, index);
+    for (size_t i = 0; i < N_PLUGINS; i++) {
+        names[i] = plugins[i].type;
+        if (strcmp(p.type, plugins[i].type) != 0) continue;
+        read = plugins[i].read;
+        if (!read) return fail_unsupported(r, node);
+    }
+    names[N_PLUGINS] = "shapegroup";
+    names[N_PLUGINS + 1] = "instance";
+    if (!read) return fail_unknown(r, node, "unknown shape", p.type, names, N_PLUGINS + 2);
+    TRY(props_transform(&p, "to_world", &s.to_world));
+    TRY(props_boolean(&p, "flip_normals", &s.flip_normals));
+    TRY(read(&p, &s, &stem));
+    TRY(read_surface(&p, &s));
+    props_ignore(&p, "silhouette_sampling_weight");
+    TRY(props_finish(&p, &s.object));
+    node->kind = BUILDER_SHAPE;
+    TRY(builder_add_shape(r->b, &s, stem, index, r->err));
+done:
+    return status;
+}

@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "train/options.h"
+
+#include <jansson.h>
+#include <math.h>
+#include <string.h>
+
+enum field_type { FIELD_U32, FIELD_U64, FIELD_I32, FIELD_DOUBLE };
+
+struct field {
+    const char *name;
+    enum field_type type;
+    size_t offset;
+    double initial, min, max;
+};
+
+#define FIELD(type, name, initial, min, max)                                      \
+    {                                                                             \
+#name, FIELD_##type, offsetof(lmn_train_options, name), initial, min, max \
+    }
+
+/* Defaults are the paper's, with its authors' README where the paper is silent. */
+static const struct field fields[] = {
+    FIELD(U64, seed, 0, 0, 0),
+    FIELD(U32, width, 512, 1, 1024),
+    FIELD(U32, depth, 8, 0, 32),
+    FIELD(DOUBLE, learning_rate, 1e-4, 1e-12, 1),
+    FIELD(U32, legacy_ssim, 0, 0, 1),
+    FIELD(U32, explore, LMN_EXPLORE_ACTIVE, 0, 2),
+    FIELD(U32, n_chains, 16, 1, 1024),
+    FIELD(DOUBLE, large_step, 0.3, 0, 1),
+    FIELD(DOUBLE, step_min, 1.0 / 25, 1e-6, 0.5),
+    FIELD(DOUBLE, step_max, 1.0 / 20, 1e-6, 0.5),
+    FIELD(U32, no_preconditioning, 0, 0, 1),
+    FIELD(U32, no_reuse, 0, 0, 1),
+    FIELD(DOUBLE, reuse_bias, 4.6, -100, 100),
+    FIELD(DOUBLE, reuse_ema, 0.9, 0, 0.999999),
+    FIELD(U32, reuse_warmup, 100, 1, 1e9),
+    FIELD(U32, reuse_batch, 16, 1, 4096),
+    FIELD(U32, replay_capacity, 100000, 1, 1e8),
+    FIELD(U32, memory_mib, 1024, 1, 1048576),
+    FIELD(U32, no_growth, 0, 0, 1),
+    FIELD(U32, patch_size, 32, 4, 256),
+    FIELD(U32, resolution_start, 128, 4, 16384),
+    FIELD(U32, resolution_max, 600, 4, 16384),
+    FIELD(U32, resolution_step, 4, 0, 16384),
+    FIELD(U32, resolution_every, 2000, 1, 1e9),
+    FIELD(U32, spp, 0, 0, 16777216),
+    FIELD(U32, has_max_depth, 0, 0, 1),
+    FIELD(U32, has_rr_depth, 0, 0, 1),
+    FIELD(I32, max_depth, 0, -1, 1e9),
+    FIELD(I32, rr_depth, 0, 0, 1e9),
+};
+enum { N_FIELDS = sizeof fields / sizeof fields[0] };
+
+static double get(const lmn_train_options *o, const struct field *f)
+{
+    const char *at = (const char *)o + f->offset;
+    uint32_t u32;
+    int32_t i32;
+    double real;
+    switch (f->type) {
+    case FIELD_U32:
+        memcpy(&u32, at, sizeof u32);
+        return u32;
+    case FIELD_I32:
+        memcpy(&i32, at, sizeof i32);
+        return i32;
+    case FIELD_DOUBLE:
+        memcpy(&real, at, sizeof real);
+        return real;
+    case FIELD_U64:
+        break;
+    }
+    return 0; /* only the seed is 64 bits wide, and any is good */
+}
+
+/* `value` fits the field. */
+static void set(lmn_train_options *o, const struct field *f, double value)
+{
+    char *at = (char *)o + f->offset;
+    uint64_t u64 = 0;
+    uint32_t u32 = 0;
+    int32_t i32 = 0;
+    switch (f->type) {
+    case FIELD_U32:
+        u32 = (uint32_t)value;
+        memcpy(at, &u32, sizeof u32);
+        break;
+    case FIELD_U64:
+        u64 = (uint64_t)value;
+        memcpy(at, &u64, sizeof u64);
+        break;
+    case FIELD_I32:
+        i32 = (int32_t)value;
+        memcpy(at, &i32, sizeof i32);
+        break;
+    case FIELD_DOUBLE:
+        memcpy(at, &value, sizeof value);
+        break;
+    }
+}
+
+void options_init(lmn_train_options *o)
+{
+    memset(o, 0, sizeof *o); /* padding too: options are compared and hashed as bytes */
+    o->struct_size = sizeof *o;
+    for (size_t i = 0; i < N_FIELDS; i++) set(o, &fields[i], fields[i].initial);
+}
+
+lmn_status options_check(const lmn_train_options *o, struct error *err)
+{
+    for (size_t i = 0; i < N_FIELDS; i++) {
+        const struct field *f = &fields[i];
+        double value = get(o, f);
+        if (f->type != FIELD_U64 && !(value >= f->min && value <= f->max))
+            return fail(err, LMN_ERR_ARGUMENT, "training option %s = %g is not between %g and %g",
+                        f->name, value, f->min, f->max);
+    }
+    if (o->step_min > o->step_max)
+        return fail(err, LMN_ERR_ARGUMENT, "training option step_min = %g is above step_max = %g",
+                    o->step_min, o->step_max);
+    if (o->patch_size > o->resolution_start)
+        return fail(err, LMN_ERR_ARGUMENT,
+                    "training option patch_size = %u is above resolution_start = %u", o->patch_size,
+                    o->resolution_start);
+    if (o->resolution_start > o->resolution_max)
+        return fail(err, LMN_ERR_ARGUMENT,
+                    "training option resolution_start = %u is above resolution_max = %u",
+                    o->resolution_start, o->resolution_max);
+    return LMN_OK;
+}
+
+void options_write(const lmn_train_options *o, struct json *j)
+{
+    for (size_t i = 0; i < N_FIELDS; i++) {
+        const struct field *f = &fields[i];
+        if (f->type == FIELD_DOUBLE)
+            json_put_number(j, f->name, get(o, f));
+        else if (f->type == FIELD_U64)
+            json_put_integer(j, f->name, (int64_t)o->seed);
+        else
+            json_put_integer(j, f->name, (int64_t)get(o, f));
+    }
+}
+
+static lmn_status read_field(const json_t *member, const struct field *f, const char *where,
+                             lmn_train_options *o, struct error *err)
+{
+    if (!member)
+        return fail(err, LMN_ERR_PARSE, "%s: training option \"%s\" is missing", where, f->name);
+    if (f->type == FIELD_DOUBLE ? !json_is_number(member) : !json_is_integer(member))
+        return fail(err, LMN_ERR_PARSE, "%s: training option \"%s\" is not %s", where, f->name,
+                    f->type == FIELD_DOUBLE ? "a number" : "an integer");
+    if (f->type == FIELD_U64) {
+        o->seed = (uint64_t)json_integer_value(member);
+        return LMN_OK;
+    }
+    double value = json_number_value(member);
+    if (!(value >= f->min && value <= f->max))
+        return fail(err, LMN_ERR_PARSE, "%s: training option \"%s\" = %g is not between %g and %g",
+                    where, f->name, value, f->min, f->max);
+    set(o, f, value);
+    return LMN_OK;
+}
+
+lmn_status options_read(const char *text, const char *where, lmn_train_options *o,
+                        struct error *err)
+{
+    lmn_status status = LMN_OK;
+    lmn_train_options read;
+    struct error inner;
+    json_error_t reason;
+    json_t *root = json_loads(text, JSON_REJECT_DUPLICATES, &reason);
+    if (!json_is_object(root)) {
+        status = fail(err, LMN_ERR_PARSE, "%s: training options are no JSON object%s%s", where,
+                      root ? "" : ": ", root ? "" : reason.text);
+        goto done;
+    }
+    options_init(&read);
+    for (size_t i = 0; i < N_FIELDS; i++)
+        TRY(read_field(json_object_get(root, fields[i].name), &fields[i], where, &read, err));
+    if (json_object_size(root) != N_FIELDS) {
+        status = fail(err, LMN_ERR_PARSE, "%s: unknown training options beside the %d known", where,
+                      (int)N_FIELDS);
+        goto done;
+    }
+    if (options_check(&read, &inner) != LMN_OK) {
+        status = fail(err, LMN_ERR_PARSE, "%s: %s", where, inner.text);
+        goto done;
+    }
+    *o = read;
+done:
+    json_decref(root);
+    return status;
+}

@@ -64,6 +64,8 @@ static void *place(const struct scene_state *state, enum state_array array, uint
     case STATE_SENSOR:
         element = (char *)&state->sensor;
         break;
+    case STATE_NOWHERE:
+        return NULL;
     }
     return element + offset;
 }
@@ -132,19 +134,20 @@ static struct transform step_transform(const struct binding_step *step, const fl
         return around(step->pivot, transform_rotate(step->axis, driven(&step->drive[0], u)));
     case STEP_SCALE:
         return around(step->pivot, transform_scale(driven3(step->drive, u)));
+    case STEP_FIXED:
+        return step->fixed;
     }
     return transform_identity();
 }
 
-static struct transform compose(const struct binding *b, const float *u,
-                                const struct transform *base)
+static struct transform compose(const struct binding *b, const float *u)
 {
-    struct transform t = transform_identity();
-    for (uint32_t i = 0; i < b->n_steps; i++) {
+    struct transform t = step_transform(&b->steps[0], u);
+    for (uint32_t i = 1; i < b->n_steps; i++) {
         struct transform factor = step_transform(&b->steps[i], u);
         t = transform_mul(&t, &factor);
     }
-    return b->replaces_base ? t : transform_mul(&t, base);
+    return t;
 }
 
 /* Looking along `up`, or from a point at itself, has no answer: take the nearest that has one. */
@@ -176,7 +179,6 @@ void scene_apply(const struct scene *s, const float *u, struct scene_state *stat
     for (uint32_t i = 0; i < s->n_bindings; i++) {
         const struct binding *b = &s->bindings[i];
         void *to = place(state, b->array, b->index, b->offset);
-        const void *base = place(&s->defaults, b->array, b->index, b->offset);
         float x;
         struct vec3 rgb;
         struct transform t;
@@ -184,11 +186,6 @@ void scene_apply(const struct scene *s, const float *u, struct scene_state *stat
         switch (b->kind) {
         case BINDING_NUMBER:
             x = driven(&b->drive[0], u);
-            memcpy(to, &x, sizeof x);
-            break;
-        case BINDING_FACTOR:
-            memcpy(&x, base, sizeof x);
-            x *= driven(&b->drive[0], u);
             memcpy(to, &x, sizeof x);
             break;
         case BINDING_SPLAT:
@@ -200,7 +197,7 @@ void scene_apply(const struct scene *s, const float *u, struct scene_state *stat
             memcpy(to, &rgb, sizeof rgb);
             break;
         case BINDING_TRANSFORM:
-            t = compose(b, u, base);
+            t = compose(b, u);
             memcpy(to, &t, sizeof t);
             break;
         case BINDING_CAMERA:

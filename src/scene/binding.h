@@ -19,13 +19,14 @@ struct drive {
 };
 
 /* One factor of a transform. */
-enum step_kind { STEP_TRANSLATE, STEP_ROTATE, STEP_SCALE };
+enum step_kind { STEP_TRANSLATE, STEP_ROTATE, STEP_SCALE, STEP_FIXED };
 
 struct binding_step {
     enum step_kind kind;
-    struct drive drive[3]; /* offset; degrees in drive[0]; factors */
-    struct vec3 axis;      /* STEP_ROTATE, not zero */
-    struct vec3 pivot;     /* STEP_ROTATE, STEP_SCALE: the point that stays */
+    struct drive drive[3];  /* offset; degrees in drive[0]; factors */
+    struct vec3 axis;       /* STEP_ROTATE, not zero */
+    struct vec3 pivot;      /* STEP_ROTATE, STEP_SCALE: the point that stays */
+    struct transform fixed; /* STEP_FIXED */
 };
 
 /* A pinhole that stands at `origin` and looks at `target`. */
@@ -41,10 +42,9 @@ struct binding_condition {
 
 enum binding_kind {
     BINDING_NUMBER,    /* float = drive[0] */
-    BINDING_FACTOR,    /* float = default * drive[0] */
     BINDING_SPLAT,     /* three equal floats (a number kept as a texture) = drive[0] */
     BINDING_RGB,       /* three floats = drive[0..2] */
-    BINDING_TRANSFORM, /* transform = translates * rotates * scales * base, each in order */
+    BINDING_TRANSFORM, /* transform = the product of the steps, the last applied first */
     BINDING_CAMERA,    /* transform = look-at */
     BINDING_CHOICE,    /* uint32_t = options[choice of variable] */
     BINDING_VISIBLE    /* bool = all conditions hold */
@@ -55,9 +55,8 @@ struct binding {
     enum state_array array; /* the place that it writes, as in struct param */
     uint32_t index, offset;
     struct drive drive[3];
-    struct binding_step *steps; /* TRANSFORM: sorted by kind, then in order of declaration */
+    struct binding_step *steps; /* TRANSFORM */
     uint32_t n_steps;
-    bool replaces_base; /* TRANSFORM: base is the identity instead of the default */
     struct binding_camera *camera;
     uint32_t variable;                    /* CHOICE: discrete */
     uint32_t *options;                    /* CHOICE: [n_choices of the variable] */

@@ -17,7 +17,6 @@ lmn_status scene_load(const char *path, const struct scene_load_options *options
     TRY(variables_declare(b, options ? options->variables_path : NULL, err));
     TRY(builder_finish(b, &s, err));
     TRY(variables_resolve(b, s, err));
-    s->hash = b->hash;
     *out = s;
     s = NULL; /* ownership moved to the caller */
 done:

@@ -167,7 +167,8 @@ enum state_array {
     STATE_EMITTERS,
     STATE_INSTANCES,
     STATE_SHAPE_BSDFS,
-    STATE_SENSOR
+    STATE_SENSOR,
+    STATE_NOWHERE /* fixed while no variable drives it: baked into the geometry */
 };
 
 /* A path and the place in the state that it names. */
@@ -177,8 +178,10 @@ struct param {
     enum state_array array;
     uint32_t index;  /* element of the array */
     uint32_t offset; /* bytes into the element */
+    const char *value; /* the default, as text */
 };
 
+/* NULL for STATE_NOWHERE. */
 void *param_in(const struct param *p, struct scene_state *state);
 
 /* One dimension of the space of configurations; public meaning in struct lmn_variable_info. */

@@ -296,6 +296,10 @@ typedef struct lmn_train_stats {
 /* One optimiser step: traces or replays a batch, then trains on it. stats may be NULL. */
 LMN_API lmn_status lmn_trainer_step(lmn_trainer *trainer, lmn_train_stats *stats);
 
+/* Where the training stands, and what it was told: after resuming, what the file says. */
+LMN_API void lmn_trainer_get_stats(const lmn_trainer *trainer, lmn_train_stats *out);
+LMN_API void lmn_trainer_get_options(const lmn_trainer *trainer, lmn_train_options *out);
+
 /* Writes the checkpoint: everything that resuming and rendering need. Written to a temporary name,
  * then renamed. */
 LMN_API lmn_status lmn_trainer_save(lmn_trainer *trainer, const char *path);
@@ -304,7 +308,9 @@ LMN_API lmn_status lmn_trainer_save(lmn_trainer *trainer, const char *path);
 LMN_API lmn_status lmn_trainer_eval(lmn_trainer *trainer, uint32_t n, uint32_t resolution,
                                     uint32_t spp, uint64_t seed, lmn_metrics *out);
 
-/* The JSON text of one line of metrics.jsonl for the step just made; valid until the next call. */
+/* The JSON text of one line of metrics.jsonl: before this trainer's first step the line that
+ * describes the run, then the step just made. Valid until the next call; NULL when memory is
+ * short. */
 LMN_API const char *lmn_trainer_metrics_line(lmn_trainer *trainer);
 
 /* ---- Models -------------------------------------------------------------------------------- */

@@ -1,12 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Pictures with known answers. */
 #include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
 
 #include "base/mem.h"
 #include "made_scene.h"
 #include "math/warp.h"
 
-#include "../image/cmocka_all.h" /* last: its macro fail() hides ours */
+#include <cmocka.h> /* last: its macro fail() hides ours */
 
 static double traced_mean(struct made_scene *m, const struct trace_settings *t)
 {

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Public images. */
+#include "api/handles.h"
+
+#include <string.h>
+
+#include "base/mem.h"
+#include "image/metrics.h"
+
+lmn_status image_handle(struct image *image, lmn_image **out, struct error *err)
+{
+    lmn_image *handle = mem_new(1, sizeof *handle);
+    if (!handle) return fail_memory(err, "an image");
+    handle->image = *image;
+    *image = (struct image){0};
+    *out = handle;
+    return LMN_OK;
+}
+
+lmn_status lmn_image_new(lmn_context *context, uint32_t width, uint32_t height, uint32_t n_channels,
+                         const char *const *names, lmn_image **out)
+{
+    lmn_status status = LMN_OK;
+    struct error *err = context_begin(context);
+    struct image image = {0};
+    *out = NULL;
+    TRY(image_init(&image, width, height, n_channels, names, err));
+    TRY(image_handle(&image, out, err));
+done:
+    image_release(&image);
+    return status;
+}
+
+void lmn_image_free(lmn_image *image)
+{
+    if (!image) return;
+    image_release(&image->image);
+    mem_free(image);
+}
+
+uint32_t lmn_image_width(const lmn_image *image)
+{
+    return image->image.width;
+}
+
+uint32_t lmn_image_height(const lmn_image *image)
+{
+    return image->image.height;
+}
+
+uint32_t lmn_image_n_channels(const lmn_image *image)
+{
+    return image->image.n_channels;
+}
+
+const char *lmn_image_channel_name(const lmn_image *image, uint32_t channel)
+{
+    return channel < image->image.n_channels ? image->image.names[channel] : NULL;
+}
+
+float *lmn_image_data(lmn_image *image)
+{
+    return image->image.data;
+}
+
+lmn_status lmn_image_set_attribute(lmn_context *context, lmn_image *image, const char *name,
+                                   const char *value)
+{
+    return image_set_attribute(&image->image, name, value, context_begin(context));
+}
+
+lmn_status lmn_image_load(lmn_context *context, const char *path, lmn_image **out)
+{
+    lmn_status status = LMN_OK;
+    struct error *err = context_begin(context);
+    struct image image = {0};
+    *out = NULL;
+    TRY(image_load(path, &image, err));
+    TRY(image_handle(&image, out, err));
+done:
+    image_release(&image);
+    return status;
+}
+
+lmn_status lmn_image_save(lmn_context *context, const lmn_image *image, const char *path,
+                          const char *format, double exposure)
+{
+    return image_save(&image->image, path, format, exposure, context_begin(context));
+}
+
+lmn_status lmn_image_compare(lmn_context *context, const lmn_image *test,
+                             const lmn_image *reference, lmn_metrics *out, lmn_image **error_map)
+{
+    lmn_status status = LMN_OK;
+    struct error *err = context_begin(context);
+    struct image map = {0};
+    if (error_map) *error_map = NULL;
+    TRY(metrics_compare(&test->image, &reference->image, out, error_map ? &map : NULL, err));
+    if (error_map) TRY(image_handle(&map, error_map, err));
+done:
+    image_release(&map);
+    return status;
+}

@@ -1,0 +1,178 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Public path tracing, and what pictures of a scene share. */
+#include "api/handles.h"
+
+#include <string.h>
+
+#include "base/clock.h"
+#include "base/mem.h"
+#include "render/view.h"
+
+lmn_status scene_window(const lmn_scene *scene, const uint32_t size[2], const uint32_t crop[4],
+                        struct window *out, struct error *err)
+{
+    const struct render_settings *s = &scene->scene->settings;
+    const uint32_t width = size[0] ? size[0] : s->width, height = size[1] ? size[1] : s->height;
+    if ((size[0] == 0) != (size[1] == 0))
+        return fail(err, LMN_ERR_ARGUMENT, "size %ux%u: a side is 0", size[0], size[1]);
+    if (width > IMAGE_MAX_SIDE || height > IMAGE_MAX_SIDE)
+        return fail(err, LMN_ERR_ARGUMENT, "size %ux%u: a side can have %d pixels at most", width,
+                    height, IMAGE_MAX_SIDE);
+    *out = (struct window){
+        .full_width = width, .full_height = height, .width = width, .height = height};
+    if (crop[2] == 0 && crop[3] == 0) return LMN_OK;
+    if (crop[2] == 0 || crop[3] == 0 || crop[0] >= width || crop[1] >= height ||
+        crop[2] > width - crop[0] || crop[3] > height - crop[1])
+        return fail(err, LMN_ERR_ARGUMENT, "crop %u,%u,%u,%u: not inside the picture of %ux%u",
+                    crop[0], crop[1], crop[2], crop[3], width, height);
+    out->x = crop[0];
+    out->y = crop[1];
+    out->width = crop[2];
+    out->height = crop[3];
+    return LMN_OK;
+}
+
+lmn_status describe_image(struct image *image, const lmn_scene *scene, const float *u,
+                          uint64_t seed, uint32_t spp, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    const struct scene *s = scene->scene;
+    struct str text = {0};
+    TRY(image_set_attribute(image, "software", "lumenaut " LMN_VERSION, err));
+    TRY(image_set_attribute(image, "scene", scene->path, err));
+    str_add(&text, "%llu", (unsigned long long)seed);
+    if (!text.failed) TRY(image_set_attribute(image, "seed", text.text, err));
+    text.length = 0;
+    str_add(&text, "%u", spp);
+    if (!text.failed) TRY(image_set_attribute(image, "spp", text.text, err));
+    text.length = 0;
+    for (uint32_t i = 0; i < s->n_variables; i++)
+        str_add(&text, "%s%s=%.9g", i ? " " : "", s->variables[i].name,
+                variable_from_unit(&s->variables[i], u[i]));
+    if (s->n_variables > 0 && !text.failed)
+        TRY(image_set_attribute(image, "variables", text.text, err));
+    if (text.failed) status = fail_memory(err, "an image");
+done:
+    str_release(&text);
+    return status;
+}
+
+static lmn_status choose(const char *what, const char *word, const char *const names[2],
+                         uint32_t *out, struct error *err)
+{
+    for (uint32_t i = 0; i < 2; i++) {
+        if (strcmp(word, names[i]) == 0) {
+            *out = i;
+            return LMN_OK;
+        }
+    }
+    return fail(err, LMN_ERR_ARGUMENT, "%s \"%s\": %s or %s", what, word, names[0], names[1]);
+}
+
+static lmn_status read_settings(const lmn_scene *scene, const lmn_trace_options *o,
+                                struct trace_settings *t, struct error *err)
+{
+    static const char *const samplers[2] = {"independent", "sobol"};
+    static const char *const weights[2] = {"power", "balance"};
+    lmn_status status = LMN_OK;
+    uint32_t choice = 0;
+    trace_settings_init(t, scene->scene);
+    if (o->spp) t->spp = o->spp;
+    if (o->half_buffers && t->spp < UINT32_MAX) t->spp += t->spp % 2;
+    if (o->has_max_depth) t->max_depth = o->max_depth;
+    if (o->has_rr_depth) t->rr_depth = o->rr_depth;
+    t->seed = o->seed;
+    if (o->sampler) {
+        TRY(choose("sampler", o->sampler, samplers, &choice, err));
+        t->sampler = choice ? SAMPLER_SOBOL : SAMPLER_INDEPENDENT;
+    }
+    if (o->mis) {
+        TRY(choose("mis", o->mis, weights, &choice, err));
+        t->mis = choice ? MIS_BALANCE : MIS_POWER;
+    }
+    if (t->max_depth < -1)
+        status = fail(err, LMN_ERR_ARGUMENT, "max_depth %d: at least -1", t->max_depth);
+    if (t->rr_depth < 1)
+        status = fail(err, LMN_ERR_ARGUMENT, "rr_depth %d: at least 1", t->rr_depth);
+done:
+    return status;
+}
+
+/* The parts of a traced picture, as planes of interleaved channels, and their names. */
+struct planes {
+    float *data[4];
+    uint32_t n_channels[4];
+    uint32_t n_planes, n_names;
+    const char *names[9 + BUFFER_CHANNELS];
+};
+
+static lmn_status add_plane(struct planes *p, const struct window *w, uint32_t n_channels,
+                            const char *const *names, float **out, struct error *err)
+{
+    /* Sides are at most 2^15: no overflow. */
+    const size_t n_pixels = (size_t)w->width * w->height;
+    float *data = mem_new(n_pixels * n_channels, sizeof *data);
+    if (!data) return fail_memory(err, "the picture");
+    p->data[p->n_planes] = data;
+    p->n_channels[p->n_planes++] = n_channels;
+    for (uint32_t c = 0; c < n_channels; c++) p->names[p->n_names++] = names[c];
+    *out = data;
+    return LMN_OK;
+}
+
+static void interleave(const struct planes *p, struct image *image)
+{
+    const size_t n_pixels = (size_t)image->width * image->height;
+    uint32_t first = 0;
+    for (uint32_t k = 0; k < p->n_planes; k++) {
+        const uint32_t n = p->n_channels[k];
+        for (size_t i = 0; i < n_pixels; i++)
+            memcpy(image->data + i * image->n_channels + first, p->data[k] + i * n,
+                   n * sizeof(float));
+        first += n;
+    }
+}
+
+lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const double *values,
+                           const lmn_trace_options *options, lmn_image **out, double *render_s)
+{
+    static const char *const colour[3] = {"R", "G", "B"};
+    static const char *const half_a[3] = {"a.R", "a.G", "a.B"};
+    static const char *const half_b[3] = {"b.R", "b.G", "b.B"};
+    lmn_status status = LMN_OK;
+    struct error *err = context_begin(context);
+    lmn_trace_options o;
+    struct trace_settings settings;
+    struct trace_output output = {0};
+    struct window window;
+    struct planes planes = {0};
+    struct image image = {0};
+    *out = NULL;
+    TRY(options_copy("lmn_trace_options", options, &o, sizeof o, err));
+    TRY(scene_window(scene, (uint32_t[2]){o.width, o.height},
+                     (uint32_t[4]){o.crop_x, o.crop_y, o.crop_width, o.crop_height}, &window, err));
+    TRY(read_settings(scene, &o, &settings, err));
+    TRY(scene_units(scene, values, scene->cache->u, err));
+    TRY(add_plane(&planes, &window, 3, colour, &output.color, err));
+    if (o.half_buffers) {
+        TRY(add_plane(&planes, &window, 3, half_a, &output.half_a, err));
+        TRY(add_plane(&planes, &window, 3, half_b, &output.half_b, err));
+    }
+    if (o.buffers)
+        TRY(add_plane(&planes, &window, BUFFER_CHANNELS, buffer_channel_names, &output.buffers,
+                      err));
+    TRY(image_init(&image, window.width, window.height, planes.n_names, planes.names, err));
+    TRY(scene_view(scene, err));
+    view_set(scene->cache->view, scene->cache->u);
+    const double start_s = clock_wall_s();
+    TRY(view_trace_parallel(scene->cache->view, context->pool, &settings, &window, &output,
+                            context->progress, context->progress_user, err));
+    if (render_s) *render_s = clock_wall_s() - start_s;
+    interleave(&planes, &image);
+    TRY(describe_image(&image, scene, scene->cache->u, settings.seed, settings.spp, err));
+    TRY(image_handle(&image, out, err));
+done:
+    for (uint32_t k = 0; k < planes.n_planes; k++) mem_free(planes.data[k]);
+    image_release(&image);
+    return status;
+}

@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Public training. */
+#include "api/handles.h"
+
+#include <string.h>
+
+#include "base/mem.h"
+#include "train/options.h"
+#include "train/trainer.h"
+
+struct lmn_trainer {
+    lmn_context *context;
+    struct trainer *trainer;
+};
+
+void lmn_train_options_init(lmn_train_options *options)
+{
+    options_init(options);
+    options->struct_size = sizeof *options;
+}
+
+/* With the defaults for what a smaller struct of an older caller lacks. */
+static lmn_status read_options(const lmn_train_options *options, lmn_train_options *out,
+                               struct error *err)
+{
+    lmn_status status = LMN_OK;
+    lmn_train_options_init(out);
+    if (!options) return LMN_OK;
+    lmn_train_options full = *out;
+    TRY(options_copy("lmn_train_options", options, &full, sizeof full, err));
+    const size_t given = options->struct_size;
+    memcpy(out, &full, given < sizeof full ? given : sizeof full);
+    out->struct_size = sizeof *out;
+done:
+    return status;
+}
+
+static lmn_trainer *trainer_handle(lmn_context *context)
+{
+    lmn_trainer *t = mem_new(1, sizeof *t);
+    if (t) t->context = context;
+    return t;
+}
+
+lmn_status lmn_trainer_new(lmn_context *context, const lmn_scene *scene,
+                           const lmn_train_options *options, lmn_trainer **out)
+{
+    lmn_status status = LMN_OK;
+    struct error *err = context_begin(context);
+    lmn_train_options o;
+    struct workplace place;
+    lmn_trainer *t = NULL;
+    *out = NULL;
+    TRY(read_options(options, &o, err));
+    TRY(scene_workplace(context, scene, &place, err));
+    t = trainer_handle(context);
+    if (!t) {
+        status = fail_memory(err, "the trainer");
+        goto done;
+    }
+    TRY(trainer_new(&place, &o, &t->trainer, err));
+    *out = t;
+    t = NULL;
+done:
+    lmn_trainer_free(t);
+    return status;
+}
+
+lmn_status lmn_trainer_resume(lmn_context *context, const lmn_scene *scene, const char *path,
+                              int force, lmn_trainer **out)
+{
+    lmn_status status = LMN_OK;
+    struct error *err = context_begin(context);
+    struct workplace place;
+    lmn_trainer *t = NULL;
+    *out = NULL;
+    TRY(scene_workplace(context, scene, &place, err));
+    t = trainer_handle(context);
+    if (!t) {
+        status = fail_memory(err, "the trainer");
+        goto done;
+    }
+    TRY(trainer_resume(&place, path, force != 0, &t->trainer, err));
+    *out = t;
+    t = NULL;
+done:
+    lmn_trainer_free(t);
+    return status;
+}
+
+void lmn_trainer_free(lmn_trainer *trainer)
+{
+    if (!trainer) return;
+    trainer_free(trainer->trainer);
+    mem_free(trainer);
+}
+
+lmn_status lmn_trainer_step(lmn_trainer *trainer, lmn_train_stats *stats)
+{
+    return trainer_step(trainer->trainer, stats, context_begin(trainer->context));
+}
+
+void lmn_trainer_get_stats(const lmn_trainer *trainer, lmn_train_stats *out)
+{
+    trainer_get_stats(trainer->trainer, out);
+}
+
+void lmn_trainer_get_options(const lmn_trainer *trainer, lmn_train_options *out)
+{
+    *out = *trainer_options(trainer->trainer);
+    out->struct_size = sizeof *out;
+}
+
+lmn_status lmn_trainer_save(lmn_trainer *trainer, const char *path)
+{
+    return trainer_save(trainer->trainer, path, false, context_begin(trainer->context));
+}
+
+lmn_status lmn_trainer_eval(lmn_trainer *trainer, uint32_t n, uint32_t resolution, uint32_t spp,
+                            uint64_t seed, lmn_metrics *out)
+{
+    lmn_context *context = trainer->context;
+    const lmn_eval_options options = {
+        .struct_size = sizeof options, .n = n, .resolution = resolution, .spp = spp, .seed = seed};
+    return trainer_eval(trainer->trainer, &options, context->progress, context->progress_user, out,
+                        context_begin(context));
+}
+
+const char *lmn_trainer_metrics_line(lmn_trainer *trainer)
+{
+    return trainer_metrics_line(trainer->trainer);
+}

@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef API_HANDLES_H
+#define API_HANDLES_H
+
+#include "base/pool.h"
+#include "base/str.h"
+#include "image/image.h"
+#include "scene/scene.h"
+
+/*
+ * What the public handles are. src/api/ is the only code that knows both them and the modules; its
+ * functions check what a caller may get wrong, turn handles into internals, and keep the text of
+ * the last failure in the context.
+ */
+
+struct lmn_context {
+    struct pool *pool; /* owned */
+    uint32_t cpu;      /* flags of base/cpu.h that kernels may use */
+    uint32_t cpu_detected;
+    struct error error;
+    struct str json; /* what lmn_bench() gave out last */
+    lmn_progress_fn *progress;
+    void *progress_user;
+    lmn_note_fn *note;
+    void *note_user;
+};
+
+struct lmn_image {
+    struct image image;
+};
+
+struct world;
+struct view;
+
+/* What tracing needs beside the scene; made at the first call that needs it, as listing variables
+ * needs no acceleration structure. */
+struct scene_cache {
+    struct world *world;
+    struct view *view; /* for lmn_scene_trace() */
+    float *u;          /* [n_variables], from the start: a configuration for the call under way */
+};
+
+struct lmn_scene {
+    struct scene *scene;
+    struct scene_cache *cache;
+    struct parameter_texts *texts; /* what lmn_scene_get_parameter() gave out */
+    char *path, *variables_path;   /* as given; variables_path "" when it was NULL */
+    char **defines;                /* [n_defines] */
+    uint32_t n_defines;
+};
+
+/* Clears the last message: every public call that can fail starts with it. */
+struct error *context_begin(lmn_context *context);
+
+/* The size that a struct of options claims, checked: an older, smaller struct is padded with zeros
+ * into `full`, a newer one must not have set what this library does not know. */
+lmn_status options_copy(const char *type, const void *options, void *full, size_t full_size,
+                        struct error *err);
+
+/* Owned copy in a new handle; on success `image` is emptied. */
+lmn_status image_handle(struct image *image, lmn_image **out, struct error *err);
+
+/* Makes the world (and the view) of a scene unless it is there. */
+lmn_status scene_world(const lmn_scene *scene, struct error *err);
+lmn_status scene_view(const lmn_scene *scene, struct error *err);
+
+/* What training and networks of this scene work on; makes the world. Valid as long as both are. */
+struct workplace;
+lmn_status scene_workplace(lmn_context *context, const lmn_scene *scene, struct workplace *out,
+                           struct error *err);
+
+/* Scene units to u [n_variables] with range checks; values NULL: the defaults. */
+lmn_status scene_units(const lmn_scene *scene, const double *values, float *u, struct error *err);
+
+/* The window that size and crop name; zeros: the scene's size, everything. */
+struct window;
+lmn_status scene_window(const lmn_scene *scene, const uint32_t size[2], const uint32_t crop[4],
+                        struct window *out, struct error *err);
+
+/* Writes what an image should say of itself: program, version, scene, seed, spp, variables. */
+lmn_status describe_image(struct image *image, const lmn_scene *scene, const float *u,
+                          uint64_t seed, uint32_t spp, struct error *err);
+
+#endif

@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* lumenaut bench: what this machine does. */
+#include "options.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct bench_args {
+    struct common_args common;
+    uint32_t runs, width, depth, patches;
+    uint32_t size[2], has_size;
+    uint32_t spp;
+    uint32_t json;
+};
+
+static const struct arg_option bench_options[] = {
+    {.name = "runs",
+     .type = ARG_COUNT,
+     .argument = "N",
+     .help = "measurements of each kind; the median counts",
+     .min = 1,
+     .max = 1000,
+     .offset = offsetof(struct bench_args, runs)},
+    {.name = "width",
+     .type = ARG_COUNT,
+     .argument = "N",
+     .help = "features per layer of the network (train, frame)",
+     .min = 1,
+     .max = 1024,
+     .offset = offsetof(struct bench_args, width)},
+    {.name = "depth",
+     .type = ARG_COUNT,
+     .argument = "N",
+     .help = "hidden layers after the first two (train, frame)",
+     .min = 0,
+     .max = 32,
+     .offset = offsetof(struct bench_args, depth)},
+    {.name = "patches",
+     .type = ARG_COUNT,
+     .argument = "N",
+     .help = "patches of 32x32 in a step (train)",
+     .min = 1,
+     .max = 4096,
+     .offset = offsetof(struct bench_args, patches)},
+    {.name = "size",
+     .type = ARG_SIZE,
+     .argument = "WxH",
+     .help = "size of the picture",
+     .fallback = "trace: 256x256; frame: 900x900",
+     .offset = offsetof(struct bench_args, size),
+     .given = offsetof(struct bench_args, has_size)},
+    {.name = "spp",
+     .type = ARG_COUNT,
+     .argument = "N",
+     .help = "samples per pixel (trace)",
+     .min = 1,
+     .max = 1 << 20,
+     .offset = offsetof(struct bench_args, spp)},
+    {.name = "json",
+     .type = ARG_FLAG,
+     .help = "print one JSON document on stdout",
+     .offset = offsetof(struct bench_args, json)},
+};
+
+static const struct arg_group groups[] = {
+    {"Measurement", bench_options, COUNT_OF(bench_options), 0},
+    COMMON_GROUP,
+};
+
+static void init(void *args)
+{
+    struct bench_args *a = args;
+    a->runs = 5;
+    a->width = 512;
+    a->depth = 8;
+    a->patches = 32;
+    a->spp = 32;
+}
+
+/* Shows a JSON document to people: a line per member, indented, without quotes and braces. */
+static void print_plain(const char *json)
+{
+    int depth = 0;
+    bool in_string = false, at_start = true;
+    for (const char *c = json; *c; c++) {
+        if (in_string && *c == '\\' && c[1]) {
+            putchar(*++c);
+            continue;
+        }
+        if (*c == '"') {
+            in_string = !in_string;
+            continue;
+        }
+        const bool opens = !in_string && strchr("{[", *c), closes = !in_string && strchr("}]", *c);
+        if (opens || closes || (!in_string && *c == ',')) {
+            depth += opens - closes;
+            if (!at_start) putchar('\n');
+            at_start = true;
+            continue;
+        }
+        if (at_start && strchr(" \n", *c)) continue;
+        if (at_start) printf("%*s", depth > 1 ? 2 * (depth - 1) : 0, "");
+        at_start = false;
+        putchar(*c);
+        if (!in_string && *c == ':') putchar(' ');
+    }
+    if (!at_start) putchar('\n');
+}
+
+/* The options of lmn_bench() as JSON; free() it. */
+static char *make_options(const struct bench_args *a, uint32_t first_file)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *f = open_memstream(&text, &size);
+    if (!f) return NULL;
+    struct json_out j = {.f = f};
+    jo_object(&j, NULL);
+    jo_count(&j, "runs", a->runs);
+    jo_count(&j, "width", a->width);
+    jo_count(&j, "depth", a->depth);
+    jo_count(&j, "patches", a->patches);
+    jo_count(&j, "spp", a->spp);
+    if (a->has_size) {
+        jo_array(&j, "size");
+        jo_count(&j, NULL, a->size[0]);
+        jo_count(&j, NULL, a->size[1]);
+        jo_end(&j);
+    }
+    jo_array(&j, "files");
+    for (uint32_t i = first_file; i < a->common.n_operands; i++)
+        jo_string(&j, NULL, a->common.operands[i]);
+    jo_end(&j);
+    jo_end(&j);
+    if (fclose(f) == 0) return text;
+    free(text);
+    return NULL;
+}
+
+static int run(void *args)
+{
+    static const char *const kinds[] = {"kernels", "train", "trace", "frame"};
+    const struct bench_args *a = args;
+    const char *wanted = a->common.n_operands > 0 ? a->common.operands[0] : NULL;
+    struct app app;
+    char hint[128], *options = NULL;
+    bool is_known = !wanted;
+    int code = app_open(&app, &a->common);
+    for (size_t i = 0; i < COUNT_OF(kinds); i++) is_known |= wanted && !strcmp(wanted, kinds[i]);
+    if (code == EXIT_OK && !is_known) {
+        suggest(hint, sizeof hint, wanted, "", kinds, COUNT_OF(kinds));
+        code = app_error(&app, EXIT_USAGE,
+                         "bench \"%s\": nothing of that name (kernels, trace, train, frame)%s",
+                         wanted, hint);
+    }
+    if (code == EXIT_OK) options = make_options(a, wanted ? 1 : 0);
+    if (code == EXIT_OK && !options) code = app_error(&app, EXIT_FAILED, "out of memory");
+    if (code == EXIT_OK && a->json && !wanted) putchar('[');
+    for (size_t i = 0; i < COUNT_OF(kinds) && code == EXIT_OK; i++) {
+        const char *json = NULL;
+        if (wanted && strcmp(wanted, kinds[i]) != 0) continue;
+        app_begin(&app, kinds[i], NULL, 1.0);
+        const lmn_status status = lmn_bench(app.context, kinds[i], options, &json);
+        if (status != LMN_OK) {
+            code = app_failed(&app, status, BLAME_INPUT);
+            break;
+        }
+        app_end(&app);
+        if (a->json)
+            printf("%s%s\n", !wanted && i > 0 ? "," : "", json);
+        else
+            print_plain(json);
+    }
+    if (code == EXIT_OK && a->json && !wanted) puts("]");
+    free(options);
+    app_close(&app);
+    return app_flush(code);
+}
+
+const struct command command_bench = {
+    .name = "bench",
+    .operands = "[kernels|trace|train|frame] [FILE]...",
+    .summary = "Measure kernels, path tracing, training steps and frames",
+    .groups = groups,
+    .n_groups = COUNT_OF(groups),
+    .args_size = sizeof(struct bench_args),
+    .init = init,
+    .run = run,
+    .max_operands = 64,
+};

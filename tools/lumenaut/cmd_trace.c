@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* lumenaut trace: path-traces one configuration of a scene. */
+#include "options.h"
+
+#include <stdlib.h>
+
+struct trace_args {
+    struct common_args common;
+    struct scene_args scene;
+    struct picture_args picture;
+    uint32_t half_buffers;
+    uint32_t sampler, mis;
+};
+
+static const char *const sampler_names[] = {NULL, "independent", "sobol"};
+static const char *const mis_names[] = {"power", "balance"};
+
+static const struct arg_option trace_options[] = {
+    {.name = "half-buffers",
+     .type = ARG_FLAG,
+     .help = "append two pictures of independent halves of the samples, a.R .. and b.R ..",
+     .offset = offsetof(struct trace_args, half_buffers)},
+    {.name = "sampler",
+     .type = ARG_CHOICE,
+     .argument = "NAME",
+     .help = "where samples come from",
+     .fallback = "scene: the scene's",
+     .choices = "scene independent sobol",
+     .offset = offsetof(struct trace_args, sampler)},
+    {.name = "mis",
+     .type = ARG_CHOICE,
+     .argument = "NAME",
+     .help = "weights of multiple importance sampling",
+     .choices = "power balance",
+     .offset = offsetof(struct trace_args, mis)},
+};
+
+static const struct arg_group groups[] = {
+    {"Picture", picture_options, COUNT_OF(picture_options), offsetof(struct trace_args, picture)},
+    {"Tracing", trace_options, COUNT_OF(trace_options), 0},
+    {"Scene", scene_options, COUNT_OF(scene_options), offsetof(struct trace_args, scene)},
+    COMMON_GROUP,
+};
+
+static void init(void *args)
+{
+    struct trace_args *a = args;
+    a->picture.exposure = 1.0;
+}
+
+static void print_json(const struct trace_args *a, const lmn_scene *scene, const double *values,
+                       const lmn_image *image, uint32_t spp, double load_s, double render_s)
+{
+    struct json_out j = {.f = stdout};
+    const uint32_t width = lmn_image_width(image), height = lmn_image_height(image);
+    jo_object(&j, NULL);
+    jo_string(&j, "command", "trace");
+    jo_string(&j, "scene", a->common.operands[0]);
+    jo_string(&j, "output", a->picture.output);
+    jo_array(&j, "size");
+    jo_count(&j, NULL, width);
+    jo_count(&j, NULL, height);
+    jo_end(&j);
+    jo_count(&j, "spp", spp);
+    jo_count(&j, "seed", a->picture.seed);
+    jo_number(&j, "render_s", render_s);
+    jo_number(&j, "load_s", load_s);
+    jo_number(&j, "paths_per_s", (double)width * height * spp / render_s);
+    jo_count(&j, "peak_memory_bytes", app_peak_memory());
+    jo_values(&j, scene, values);
+    jo_array(&j, "channels");
+    for (uint32_t c = 0; c < lmn_image_n_channels(image); c++)
+        jo_string(&j, NULL, lmn_image_channel_name(image, c));
+    jo_end(&j);
+    jo_end(&j);
+}
+
+static int run(void *args)
+{
+    const struct trace_args *a = args;
+    const struct picture_args *p = &a->picture;
+    struct app app;
+    lmn_scene *scene = NULL;
+    lmn_image *image = NULL;
+    lmn_scene_info info;
+    double *values = NULL, render_s = 0.0;
+    lmn_status status;
+    int code = app_open(&app, &a->common);
+    const double start_s = clock_s();
+
+    if (code == EXIT_OK) code = check_picture(&app, p);
+    if (code == EXIT_OK) code = load_scene(&app, a->common.operands[0], &a->scene, &scene);
+    if (code == EXIT_OK) values = make_values(&app, scene, &p->values, &code);
+    if (code != EXIT_OK) goto done;
+
+    const lmn_trace_options options = {.struct_size = sizeof options,
+                                       .width = p->size[0],
+                                       .height = p->size[1],
+                                       .crop_x = p->crop[0],
+                                       .crop_y = p->crop[1],
+                                       .crop_width = p->crop[2],
+                                       .crop_height = p->crop[3],
+                                       .spp = p->spp,
+                                       .has_max_depth = p->has_max_depth,
+                                       .has_rr_depth = p->has_rr_depth,
+                                       .max_depth = p->max_depth,
+                                       .rr_depth = p->rr_depth,
+                                       .seed = p->seed,
+                                       .buffers = p->buffers,
+                                       .half_buffers = a->half_buffers,
+                                       .sampler = sampler_names[a->sampler],
+                                       .mis = mis_names[a->mis]};
+    lmn_scene_get_info(scene, &info);
+    const uint32_t width = p->has_crop ? p->crop[2] : p->has_size ? p->size[0] : info.width;
+    const uint32_t height = p->has_crop ? p->crop[3] : p->has_size ? p->size[1] : info.height;
+    uint32_t spp = p->spp ? p->spp : info.spp;
+    spp += a->half_buffers && spp % 2; /* the two halves are equal */
+    app_detail(&app, "%s: %llu triangles, %u instances, %u variables", a->common.operands[0],
+               (unsigned long long)info.n_triangles, info.n_instances, info.n_variables);
+    app_begin(&app, "trace", "paths", (double)width * height * spp);
+    status = lmn_scene_trace(app.context, scene, values, &options, &image, &render_s);
+    const double load_s = clock_s() - start_s - render_s;
+    if (status != LMN_OK) {
+        code = app_failed(&app, status, BLAME_USER);
+        goto done;
+    }
+    app_end(&app);
+    status = lmn_image_save(app.context, image, p->output, p->format, p->exposure);
+    if (status != LMN_OK) {
+        code = app_failed(&app, status, BLAME_WORK);
+        goto done;
+    }
+    app_say(&app, "%s: %ux%u, %u spp, %.2f s (%.3g Mpaths/s)", p->output, width, height, spp,
+            render_s, 1e-6 * width * height * spp / render_s);
+    if (p->json) print_json(a, scene, values, image, spp, load_s, render_s);
+done:
+    free(values);
+    lmn_image_free(image);
+    lmn_scene_free(scene);
+    app_close(&app);
+    return app_flush(code);
+}
+
+const struct command command_trace = {
+    .name = "trace",
+    .operands = "SCENE",
+    .summary = "Path-trace one configuration of a scene",
+    .groups = groups,
+    .n_groups = COUNT_OF(groups),
+    .args_size = sizeof(struct trace_args),
+    .init = init,
+    .run = run,
+    .min_operands = 1,
+    .max_operands = 1,
+};

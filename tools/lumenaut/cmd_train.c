@@ -1,0 +1,276 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* lumenaut train: the loop around lmn_trainer_step(): when to stop, save, measure, and what to
+ * say. */
+#include "train_args.h"
+#include "train_log.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/* When no rule to stop is given. */
+static const double default_time_s = 900.0;
+
+struct run {
+    const struct train_args *a;
+    struct app app;
+    lmn_scene *scene;
+    lmn_trainer *trainer;
+    struct train_log log;
+    lmn_train_stats stats;
+    struct train_target target;
+    double time_s; /* 0: no limit */
+    bool has_eval, target_reached;
+    lmn_metrics eval;
+    uint64_t eval_step, saved_step, first_step;
+    double eval_cpu_s, saved_clock_s, first_cpu_s;
+};
+
+static int save(struct run *r)
+{
+    if (!train_log_flush(&r->log))
+        return app_error(&r->app, EXIT_FAILED, "%s: cannot write: %s", r->log.path,
+                         strerror(errno));
+    const lmn_status status = lmn_trainer_save(r->trainer, r->a->output);
+    r->saved_step = r->stats.step;
+    r->saved_clock_s = clock_s();
+    return status == LMN_OK ? EXIT_OK : app_failed(&r->app, status, BLAME_WORK);
+}
+
+static bool is_due(const struct arg_interval *every, uint64_t step, uint64_t last_step,
+                   double time_s, double last_s)
+{
+    if (every->steps > 0) return step >= last_step + every->steps;
+    return every->seconds > 0.0 && time_s - last_s >= every->seconds;
+}
+
+/* Measures the network; a signal meanwhile only skips the figures. */
+static int measure(struct run *r)
+{
+    const struct train_args *a = r->a;
+    r->app.ignore_signal = false;
+    r->app.is_silent = true;
+    const lmn_status status = lmn_trainer_eval(r->trainer, a->eval_n, a->eval_size, a->eval_spp,
+                                               a->eval_seed, &r->eval);
+    r->app.ignore_signal = true;
+    r->app.is_silent = false;
+    r->eval_step = r->stats.step;
+    r->eval_cpu_s = r->stats.cpu_s;
+    if (status == LMN_ERR_CANCELLED) return EXIT_OK;
+    if (status != LMN_OK) return app_failed(&r->app, status, BLAME_WORK);
+    r->has_eval = true;
+    r->target_reached = a->target && train_target_reached(&r->target, &r->eval);
+    return EXIT_OK;
+}
+
+static bool is_finished(const struct run *r)
+{
+    return (r->a->steps > 0 && r->stats.step >= r->a->steps) ||
+           (r->time_s > 0.0 && r->stats.cpu_s >= r->time_s) || r->target_reached;
+}
+
+static void show(struct run *r)
+{
+    const lmn_train_stats *s = &r->stats;
+    char text[160], json[512], error[48] = "";
+    double fraction = -1.0;
+    if (!progress_is_due(&r->app.progress) && s->step > r->first_step + 1) return;
+    if (r->a->steps > 0) fraction = (double)s->step / (double)r->a->steps;
+    if (r->time_s > 0.0 && s->cpu_s / r->time_s > fraction) fraction = s->cpu_s / r->time_s;
+    if (r->has_eval) snprintf(error, sizeof error, "  MAPE %.4f", r->eval.mape);
+    snprintf(text, sizeof text, "step %llu  loss %.4f%s  res %u  trace %.0f %%",
+             (unsigned long long)s->step, s->loss, error, s->resolution,
+             s->cpu_s > 0.0 ? 100.0 * s->trace_s / s->cpu_s : 0.0);
+    snprintf(json, sizeof json,
+             "\"step\":%llu,\"loss\":%.6g,\"resolution\":%u,\"acceptance\":%.4g,"
+             "\"reuse_probability\":%.4g,\"fresh\":%s,\"cpu_s\":%.3f%s%.6g",
+             (unsigned long long)s->step, s->loss, s->resolution, s->acceptance,
+             s->reuse_probability, s->fresh ? "true" : "false", s->cpu_s,
+             r->has_eval ? ",\"mape\":" : ",\"trace_s\":", r->has_eval ? r->eval.mape : s->trace_s);
+    progress_update(&r->app.progress, fraction, (double)s->step, text, json);
+}
+
+static bool is_watched(const struct train_args *a)
+{
+    return a->eval_every.steps > 0 || a->eval_every.seconds > 0.0;
+}
+
+static int loop(struct run *r)
+{
+    const struct train_args *a = r->a;
+    int code = EXIT_OK;
+    while (code == EXIT_OK && !app_signal() && !is_finished(r)) {
+        const lmn_status status = lmn_trainer_step(r->trainer, &r->stats);
+        if (status != LMN_OK) return app_failed(&r->app, status, BLAME_WORK);
+        if (is_due(&a->eval_every, r->stats.step, r->eval_step, r->stats.cpu_s, r->eval_cpu_s) ||
+            (is_watched(a) && is_finished(r)))
+            code = measure(r);
+        const char *line = lmn_trainer_metrics_line(r->trainer);
+        if (!line) return app_error(&r->app, EXIT_FAILED, "out of memory");
+        train_log_add(&r->log, line);
+        if (code == EXIT_OK &&
+            is_due(&a->checkpoint_every, r->stats.step, r->saved_step, clock_s(), r->saved_clock_s))
+            code = save(r);
+        show(r);
+    }
+    return code;
+}
+
+/* An earlier model of that name becomes NAME~, as a run of hours should not vanish by a slip. */
+static int keep_backup(struct run *r)
+{
+    struct stat s;
+    char log[4096], backup[4200];
+    if (stat(r->a->output, &s) != 0) return EXIT_OK;
+    snprintf(backup, sizeof backup, "%s~", r->a->output);
+    if (rename(r->a->output, backup) != 0)
+        return app_error(&r->app, EXIT_FAILED, "%s: cannot rename: %s", r->a->output,
+                         strerror(errno));
+    app_say(&r->app, "the earlier %s is now %s (--resume would continue it)", r->a->output, backup);
+    train_log_path(r->a->output, log, sizeof log);
+    snprintf(backup, sizeof backup, "%s~", log);
+    rename(log, backup); /* there may be none */
+    return EXIT_OK;
+}
+
+static int begin(struct run *r)
+{
+    const struct train_args *a = r->a;
+    lmn_train_options used;
+    lmn_status status;
+    bool needs_header;
+    int code;
+    if (a->resume)
+        status = lmn_trainer_resume(r->app.context, r->scene, a->output, a->force != 0,
+                                    &r->trainer);
+    else
+        status = lmn_trainer_new(r->app.context, r->scene, &a->options, &r->trainer);
+    if (status != LMN_OK) return app_failed(&r->app, status, a->resume ? BLAME_INPUT : BLAME_USER);
+    lmn_trainer_get_options(r->trainer, &used);
+    const char *conflict = a->resume ? train_args_conflict(a, &used) : NULL;
+    if (conflict)
+        return app_error(&r->app, EXIT_USAGE,
+                         "--%s: %s was trained with another value, which --resume keeps", conflict,
+                         a->output);
+    if (!a->resume && (code = keep_backup(r)) != EXIT_OK) return code;
+    lmn_trainer_get_stats(r->trainer, &r->stats);
+    code = train_log_open(&r->log, &r->app, a->output, r->stats.step, !a->resume, &needs_header);
+    if (code != EXIT_OK) return code;
+    const char *header = lmn_trainer_metrics_line(r->trainer);
+    if (!header) return app_error(&r->app, EXIT_FAILED, "out of memory");
+    if (needs_header) train_log_add(&r->log, header);
+    r->first_step = r->saved_step = r->eval_step = r->stats.step;
+    r->first_cpu_s = r->eval_cpu_s = r->stats.cpu_s;
+    r->saved_clock_s = clock_s();
+    return EXIT_OK;
+}
+
+static void print_json(const struct run *r, bool is_interrupted)
+{
+    struct json_out j = {.f = stdout};
+    const lmn_train_stats *s = &r->stats;
+    jo_object(&j, NULL);
+    jo_string(&j, "command", "train");
+    jo_string(&j, "scene", r->a->common.operands[0]);
+    jo_string(&j, "model", r->a->output);
+    jo_string(&j, "metrics", r->log.path);
+    jo_count(&j, "steps", s->step);
+    jo_count(&j, "steps_this_run", s->step - r->first_step);
+    jo_number(&j, "cpu_s", s->cpu_s);
+    jo_number(&j, "trace_s", s->trace_s);
+    jo_number(&j, "network_s", s->network_s);
+    jo_number(&j, "loss", s->loss);
+    jo_number(&j, "acceptance", s->acceptance);
+    jo_number(&j, "reuse_probability", s->reuse_probability);
+    jo_count(&j, "resolution", s->resolution);
+    jo_count(&j, "patches_traced", s->n_traced);
+    jo_count(&j, "memory_bytes", s->memory_bytes);
+    jo_count(&j, "peak_memory_bytes", app_peak_memory());
+    jo_bool(&j, "interrupted", is_interrupted);
+    if (r->has_eval) {
+        jo_metrics(&j, "eval", &r->eval);
+        jo_count(&j, "eval_step", r->eval_step);
+    }
+    jo_end(&j);
+}
+
+static void report(struct run *r)
+{
+    const lmn_train_stats *s = &r->stats;
+    char memory[32];
+    const double all = s->cpu_s > 0.0 ? s->cpu_s : 1.0;
+    format_bytes(app_peak_memory(), memory);
+    app_say(&r->app,
+            "%s: step %llu after %.1f s of processor time per thread (tracing %.0f %%, network "
+            "%.0f %%), peak memory %s",
+            r->a->output, (unsigned long long)s->step, s->cpu_s, 100.0 * s->trace_s / all,
+            100.0 * s->network_s / all, memory);
+    if (r->has_eval)
+        app_say(&r->app, "test set at step %llu: MAPE %.4f, relMSE %.4f, FLIP %.4f",
+                (unsigned long long)r->eval_step, r->eval.mape, r->eval.relmse, r->eval.flip);
+    app_say(&r->app, "metrics: %s; to go on: lumenaut train %s -o %s --resume", r->log.path,
+            r->a->common.operands[0], r->a->output);
+}
+
+static int run(void *args)
+{
+    const struct train_args *a = args;
+    struct run r = {.a = a, .time_s = a->time_s};
+    int code = app_open(&r.app, &a->common);
+    if (code == EXIT_OK && !a->output)
+        code = app_error(&r.app, EXIT_USAGE, "no output: give -o FILE.lmn");
+    if (code == EXIT_OK && strcmp(a->output, "-") == 0)
+        code = app_error(&r.app, EXIT_USAGE, "-o -: a checkpoint needs a file");
+    if (code == EXIT_OK) code = app_check_output(&r.app, a->output);
+    if (code == EXIT_OK && a->target && !train_target_parse(a->target, &r.target))
+        code = app_error(&r.app, EXIT_USAGE,
+                         "--target %s: expected METRIC=X, as mape=0.1 (mape, mae, relmse, mse, "
+                         "psnr, dssim, flip, flip_hdr)",
+                         a->target);
+    if (code == EXIT_OK) code = load_scene(&r.app, a->common.operands[0], &a->scene, &r.scene);
+    if (code == EXIT_OK) code = begin(&r);
+    if (code != EXIT_OK) goto done;
+    if (a->steps == 0 && a->time_s <= 0.0 && !a->target) {
+        r.time_s = default_time_s;
+        app_say(&r.app, "stops at 15 minutes; --time, --steps and --target change that");
+    }
+    char memory[32];
+    format_bytes(r.stats.memory_bytes, memory);
+    app_detail(&r.app, "workspace %s; step %llu", memory, (unsigned long long)r.stats.step);
+    r.app.ignore_signal = true;
+    app_begin(&r.app, "train", "steps", 1.0);
+    code = loop(&r);
+    const bool is_interrupted = app_signal() != 0;
+    app_end(&r.app);
+    /* Also after a failed step: the weights are as they were before it. */
+    const int saved = r.saved_step != r.stats.step || r.stats.step == r.first_step ? save(&r)
+                                                                                   : EXIT_OK;
+    if (code == EXIT_OK) code = saved;
+    if (code != EXIT_OK) goto done;
+    report(&r);
+    if (a->json) print_json(&r, is_interrupted);
+    if (is_interrupted) {
+        app_say(&r.app, "interrupted; all %llu steps are saved", (unsigned long long)r.stats.step);
+        code = 128 + app_signal();
+    }
+done:
+    train_log_close(&r.log);
+    lmn_trainer_free(r.trainer);
+    lmn_scene_free(r.scene);
+    app_close(&r.app);
+    return app_flush(code);
+}
+
+const struct command command_train = {
+    .name = "train",
+    .operands = "SCENE",
+    .summary = "Train a network on the configurations of a scene",
+    .groups = train_groups,
+    .n_groups = 8,
+    .args_size = sizeof(struct train_args),
+    .init = train_args_init,
+    .run = run,
+    .min_operands = 1,
+    .max_operands = 1,
+};

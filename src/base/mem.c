@@ -3,8 +3,13 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 enum { ALIGNMENT = 64, ARENA_BLOCK_SIZE = 64 * 1024 };
+
+/* Blocks from here on ask for huge pages before they are first touched: products over tensors miss
+ * the TLB less, and 512 page faults become one. */
+enum { HUGE_PAGE = 2 << 20, HUGE_BLOCK = 2 * HUGE_PAGE };
 
 static uint64_t fail_countdown; /* 0: off */
 
@@ -35,8 +40,11 @@ void *mem_new(size_t count, size_t size)
 {
     size_t total;
     if (!padded_size(count, size, &total) || should_fail()) return NULL;
-    void *block = aligned_alloc(ALIGNMENT, total);
-    if (block) memset(block, 0, total);
+    bool huge = total >= HUGE_BLOCK;
+    void *block = aligned_alloc(huge ? HUGE_PAGE : ALIGNMENT, total);
+    if (!block) return NULL;
+    if (huge) madvise(block, total & ~(size_t)4095, MADV_HUGEPAGE); /* a hint: may fail */
+    memset(block, 0, total);
     return block;
 }
 

@@ -8,7 +8,10 @@
 void nn_kernels_init(struct nn_kernels *t, uint32_t cpu)
 {
     *t = nn_kernels_ref;
-    (void)cpu;
+    if (!(cpu & CPU_AVX2)) return;
+    *t = nn_kernels_avx2;
+    if (!(cpu & CPU_AVX512)) return;
+    *t = nn_kernels_avx512;
 }
 
 void nn_pack_forward(const struct nn_kernels *t, float *packed, const float *w, size_t ld,

@@ -64,7 +64,7 @@ struct nn_outer {
 
 struct nn_kernels {
     const char *name;
-    uint32_t panel; /* features per panel: a multiple of 16 */
+    uint32_t panel; /* features per panel: 16 or 64, so that q fits in one */
     uint32_t rows;  /* tiles hold a multiple of this many rows */
     void (*forward)(const struct nn_forward *a);
     void (*backward)(const struct nn_backward *a);

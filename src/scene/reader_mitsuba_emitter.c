@@ -93,8 +93,9 @@ lmn_status load_emitter(struct reader *r, struct xml_node *node, uint32_t *index
     TRY(read(&p, &e));
     props_ignore(&p, "sampling_weight");
     TRY(props_finish(&p, &object));
-    if (e.radiance != SCENE_NONE && r->b->textures[e.radiance].texture.kind != TEXTURE_CONSTANT)
-        return fail_node(r, node, "<emitter type=\"%s\">: a texture on it is not supported yet",
+    if (e.kind != EMITTER_AREA && e.radiance != SCENE_NONE &&
+        r->b->textures[e.radiance].texture.kind != TEXTURE_CONSTANT)
+        return fail_node(r, node, "<emitter type=\"%s\">: it takes a colour, not a texture",
                          p.type);
     TRY(builder_add_emitter(r->b, &object, &e, index, r->err));
 done:

@@ -71,6 +71,11 @@ static lmn_status read_obj(struct props *p, struct builder_shape *s, const char 
     return read_mesh_file(p, s, stem, true, obj_load);
 }
 
+static lmn_status read_ply(struct props *p, struct builder_shape *s, const char **stem)
+{
+    return read_mesh_file(p, s, stem, false, ply_load);
+}
+
 static lmn_status read_rectangle(struct props *p, struct builder_shape *s, const char **stem)
 {
     struct mesh m;
@@ -140,23 +145,12 @@ static const struct {
     const char *type;
     shape_fn *read; /* NULL: known, not supported yet */
 } plugins[] = {
-    {"obj", read_obj},
-    {"ply", NULL},
-    {"rectangle", read_rectangle},
-    {"cube", read_cube},
-    {"sphere", read_sphere},
-    {"disk", read_disk},
-    {"cylinder", NULL},
-    {"serialized", NULL},
-    {"hair", NULL},
-    {"bsplinecurve", NULL},
-    {"linearcurve", NULL},
-    {"sdfgrid", NULL},
-    {"ellipsoids", NULL},
-    {"ellipsoidsmesh", NULL},
-    {"blender", NULL},
-    {"heightfield", NULL},
-    {"merge", NULL},
+    {"obj", read_obj},      {"ply", read_ply},        {"rectangle", read_rectangle},
+    {"cube", read_cube},    {"sphere", read_sphere},  {"disk", read_disk},
+    {"cylinder", NULL},     {"serialized", NULL},     {"hair", NULL},
+    {"bsplinecurve", NULL}, {"linearcurve", NULL},    {"sdfgrid", NULL},
+    {"ellipsoids", NULL},   {"ellipsoidsmesh", NULL}, {"blender", NULL},
+    {"heightfield", NULL},  {"merge", NULL},
 };
 enum { N_PLUGINS = sizeof plugins / sizeof *plugins };
 

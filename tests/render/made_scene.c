@@ -115,14 +115,14 @@ uint32_t made_bitmap(struct made_scene *m, uint32_t width, uint32_t height, cons
 
 void made_group(struct made_scene *m)
 {
-    m->groups[m->scene.n_groups++] =
-        (struct group){.name = "group", .first_shape = m->scene.n_shapes};
+    m->groups[m->scene.n_groups++] = (struct group){.name = "group",
+                                                    .first_shape = m->scene.n_shapes};
 }
 
 uint32_t made_instance(struct made_scene *m, uint32_t group, const struct transform *to_world)
 {
-    m->instances[m->scene.n_instances] =
-        (struct instance){.group = group, .to_world = *to_world, .is_visible = true};
+    m->instances[m->scene.n_instances] = (struct instance){
+        .group = group, .to_world = *to_world, .is_visible = true};
     return m->scene.n_instances++;
 }
 
@@ -143,8 +143,7 @@ static uint32_t add_shape(struct made_scene *m, const struct shape *shape, uint3
 uint32_t made_sphere(struct made_scene *m, struct vec3 center, float radius, uint32_t bsdf,
                      uint32_t emitter)
 {
-    struct transform t = transform_translate(center),
-                     scale = transform_scale(vec3_splat(radius));
+    struct transform t = transform_translate(center), scale = transform_scale(vec3_splat(radius));
     struct shape s = {.kind = SHAPE_SPHERE, .emitter = emitter};
     s.to_group = transform_mul(&t, &scale);
     return add_shape(m, &s, bsdf);
@@ -160,8 +159,7 @@ uint32_t made_disk(struct made_scene *m, const struct transform *to_group, uint3
 uint32_t made_quad(struct made_scene *m, struct vec3 p, struct vec3 a, struct vec3 b, uint32_t bsdf,
                    uint32_t emitter)
 {
-    const struct vec3 corners[4] = {p, vec3_add(p, a), vec3_add(vec3_add(p, a), b),
-                                    vec3_add(p, b)};
+    const struct vec3 corners[4] = {p, vec3_add(p, a), vec3_add(vec3_add(p, a), b), vec3_add(p, b)};
     static const float uvs[8] = {0, 0, 1, 0, 1, 1, 0, 1};
     static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
     struct mesh *mesh = &m->meshes[m->scene.n_meshes];

@@ -1,16 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Pictures with known answers. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
 #include "base/mem.h"
 #include "made_scene.h"
 #include "math/warp.h"
 
-#include <cmocka.h> /* last: its macro fail() hides ours */
+#include "../image/cmocka_all.h" /* last: its macro fail() hides ours */
 
 static double traced_mean(struct made_scene *m, const struct trace_settings *t)
 {

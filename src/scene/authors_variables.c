@@ -170,7 +170,7 @@ static struct target field(struct builder *b, const char *id, const char *proper
                            enum builder_kind owner, uint32_t index, size_t offset,
                            enum param_type type)
 {
-    return (struct target){.path = join(b, id, property),
+    return (struct target){.path = join(b, target_name(b, id), property),
                            .type = type,
                            .owner = owner,
                            .index = index,
@@ -261,7 +261,7 @@ static lmn_status declare_placement(struct declaring *d, enum builder_kind owner
         TRY(add_range(d, n ? "angle" : NULL, "deg", r.min_angle, r.range_angle, (double)NAN,
                       &turn));
     }
-    struct target target = {.path = join(d->b, d->object->id, "to_world"),
+    struct target target = {.path = join(d->b, target_name(d->b, d->object->id), "to_world"),
                             .type = PARAM_TRANSFORM,
                             .owner = owner,
                             .index = index,

@@ -276,15 +276,31 @@ static void walk_objects(struct walk *w)
     }
 }
 
-/* Objects "var_door" of the authors' scenes also go by "door". */
+const char *target_name(const struct builder *b, const char *id)
+{
+    enum builder_kind kind;
+    uint32_t index;
+    if (!str_starts(id, "var_") || !id[4]) return id;
+    bool is_taken = builder_find(b, id + 4, &kind, &index);
+    if (is_taken && kind == BUILDER_SENSOR && b->sensor_object.id)
+        is_taken = strcmp(b->sensor_object.id, id) != 0; /* "sensor" is its name anyway */
+    return is_taken ? id : id + 4;
+}
+
+/* Objects "var_door" of the authors' scenes are called "door" where nothing else is; either name
+ * will do. */
 static void add_short_names(struct walk *w)
 {
     size_t n = w->list->n;
     for (size_t i = 0; i < n && !w->failed; i++) {
         struct target t = w->list->items[i];
-        if (!str_starts(t.path, "var_")) continue;
+        const char *end = strchr(t.path, '.');
+        if (!str_starts(t.path, "var_") || !end) continue;
+        const char *id = path_of(w, "%.*s", (int)(end - t.path), t.path);
+        if (!id || target_name(w->b, id) == id) continue;
+        w->list->items[i].path = t.path + 4;
         t.is_alias = true;
-        add(w, t.path + 4, t);
+        add(w, t.path, t);
     }
 }
 

@@ -38,6 +38,10 @@ void target_list_release(struct target_list *list);
 const struct target *target_find(const struct target_list *list, const char *path,
                                  enum param_type wanted);
 
+/* What paths call the object of that id: without "var_" (as the authors' scenes mark what varies)
+ * unless something else has that name. A part of `id`. */
+const char *target_name(const struct builder *b, const char *id);
+
 /* The path most like `word`, or NULL. */
 const char *target_closest(const struct target_list *list, const char *word);
 

@@ -83,15 +83,18 @@ void builder_free(struct builder *b)
 
 void builder_hash(struct builder *b, const void *bytes, size_t size)
 {
-    /* Words of eight bytes through a bijective mixer: eight times the speed of FNV by bytes. */
+    /* Four lanes of eight-byte words through a bijective mixer: a file costs next to nothing. */
     const unsigned char *p = bytes;
-    uint64_t h = rng_mix(b->hash ^ size);
-    for (; size >= 8; size -= 8, p += 8) {
-        uint64_t word;
-        memcpy(&word, p, 8);
-        h = rng_mix(h ^ word);
+    uint64_t lanes[4];
+    for (uint64_t i = 0; i < 4; i++) lanes[i] = rng_mix(b->hash ^ size) + i;
+    for (; size >= 32; size -= 32, p += 32) {
+        uint64_t words[4];
+        memcpy(words, p, 32);
+        for (int i = 0; i < 4; i++) lanes[i] = rng_mix(lanes[i] ^ words[i]);
     }
-    b->hash = hash_bytes(h, p, size);
+    uint64_t h = hash_bytes(HASH_START, p, size);
+    for (int i = 0; i < 4; i++) h = rng_mix(h ^ lanes[i]);
+    b->hash = h;
 }
 
 /* ---- Names -------------------------------------------------------------------------------- */

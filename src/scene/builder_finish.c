@@ -14,50 +14,47 @@ static void *arena_copy(struct arena *a, const void *from, size_t n, size_t size
 
 /* ---- Checks that need the whole ------------------------------------------------------------ */
 
-/* Nesting is a tree of bounded depth by construction (children are added before parents), so a
- * recursion that follows children ends; MAX_BSDF_DEPTH keeps it short. */
 enum { MAX_BSDF_DEPTH = 16, MAX_INSTANCES = 1 << 22 };
 
-static uint32_t bsdf_depth(const struct builder *b, uint32_t i, uint32_t depth)
+static bool transmits_itself(enum bsdf_kind kind)
 {
-    const struct bsdf *f = &b->bsdfs[i].bsdf;
-    uint32_t deepest = depth;
-    if (depth > MAX_BSDF_DEPTH) return depth;
-    for (int c = 0; c < 2; c++) {
-        if (f->child[c] == SCENE_NONE) continue;
-        uint32_t d = bsdf_depth(b, f->child[c], depth + 1);
-        if (d > deepest) deepest = d;
-    }
-    return deepest;
+    return kind == BSDF_DIELECTRIC || kind == BSDF_ROUGH_DIELECTRIC || kind == BSDF_MASK;
 }
 
-static bool transmits(const struct builder *b, uint32_t i)
-{
-    const struct bsdf *f = &b->bsdfs[i].bsdf;
-    switch (f->kind) {
-    case BSDF_DIELECTRIC:
-    case BSDF_ROUGH_DIELECTRIC:
-    case BSDF_MASK:
-        return true;
-    case BSDF_TWOSIDED:
-        return transmits(b, f->child[0]) || transmits(b, f->child[1]);
-    default:
-        return false;
-    }
-}
-
+/* Nested materials are added before what holds them, so one pass in order sees children first. */
 static lmn_status check_bsdfs(const struct builder *b, struct error *err)
 {
+    lmn_status status = LMN_OK;
+    uint8_t *depths = mem_new(b->n_bsdfs, 1);
+    bool *transmits = mem_new(b->n_bsdfs, sizeof *transmits);
+    if (!depths || !transmits) {
+        status = fail_memory(err, "the scene");
+        goto done;
+    }
     for (uint32_t i = 0; i < b->n_bsdfs; i++) {
         const struct builder_bsdf *f = &b->bsdfs[i];
-        if (bsdf_depth(b, i, 0) > MAX_BSDF_DEPTH)
-            return fail_at(err, f->object.place, "materials are nested deeper than %d",
-                           MAX_BSDF_DEPTH);
-        if (f->bsdf.kind == BSDF_TWOSIDED && transmits(b, i))
-            return fail_at(err, f->object.place,
-                           "twosided: only materials without transmission can be nested in it");
+        transmits[i] = transmits_itself(f->bsdf.kind);
+        for (int c = 0; c < 2; c++) {
+            uint32_t child = f->bsdf.child[c];
+            if (child == SCENE_NONE) continue;
+            if (depths[child] >= depths[i]) depths[i] = (uint8_t)(depths[child] + 1);
+            transmits[i] |= transmits[child];
+        }
+        if (depths[i] > MAX_BSDF_DEPTH) {
+            status = fail_at(err, f->object.place, "materials are nested deeper than %d",
+                             MAX_BSDF_DEPTH);
+            goto done;
+        }
+        if (f->bsdf.kind == BSDF_TWOSIDED && transmits[i]) {
+            status = fail_at(err, f->object.place,
+                             "twosided: only materials without transmission can be nested in it");
+            goto done;
+        }
     }
-    return LMN_OK;
+done:
+    mem_free(depths);
+    mem_free(transmits);
+    return status;
 }
 
 static lmn_status check_shapes(const struct builder *b, struct error *err)

@@ -92,6 +92,14 @@ static void move_normals(struct mesh *m, const struct transform *t)
     }
 }
 
+/* Embree gives up on coordinates beyond that. */
+static bool is_in_range(const float *a, size_t n)
+{
+    bool ok = true; /* one flag instead of a branch: the loop vectorises */
+    for (size_t i = 0; i < n; i++) ok &= fabsf(a[i]) < 1e18f;
+    return ok;
+}
+
 lmn_status mesh_finish(const char *path, const struct mesh_options *options, struct arena *arena,
                        struct mesh *m, struct error *err)
 {
@@ -99,11 +107,9 @@ lmn_status mesh_finish(const char *path, const struct mesh_options *options, str
         for (size_t i = 0; i < m->n_vertices; i++)
             store3(m->positions, i, transform_point(&options->to_world, load3(m->positions, i)));
     }
-    float sum = 0.0f; /* times zero: NaN as soon as one coordinate is not finite */
-    for (size_t i = 0; i < 3 * (size_t)m->n_vertices; i++) sum += m->positions[i] * 0.0f;
-    for (size_t i = 0; m->uvs && i < 2 * (size_t)m->n_vertices; i++) sum += m->uvs[i] * 0.0f;
-    if (!(sum == 0.0f))
-        return fail(err, LMN_ERR_PARSE, "%s: a coordinate is not finite or overflows", path);
+    if (!is_in_range(m->positions, 3 * (size_t)m->n_vertices) ||
+        (m->uvs && !is_in_range(m->uvs, 2 * (size_t)m->n_vertices)))
+        return fail(err, LMN_ERR_PARSE, "%s: a coordinate is not finite or above 1e18", path);
 
     if (options->has_flipped_v && m->uvs) {
         for (size_t i = 0; i < m->n_vertices; i++) m->uvs[2 * i + 1] = 1.0f - m->uvs[2 * i + 1];

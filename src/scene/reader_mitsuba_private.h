@@ -9,8 +9,10 @@
 /*
  * What the files reader_mitsuba*.c share.
  *
- * reader_mitsuba.c         files, <default>, <include>, ids; walks the top level
- * reader_mitsuba_props.c   properties of an object: numbers, colours, transforms, textures
+ * reader_mitsuba.c            walks the top level and loads objects once
+ * reader_mitsuba_document.c   files, <default> and $name, <include>, <alias>, ids
+ * reader_mitsuba_props.c      properties of an object
+ * reader_mitsuba_values.c     numbers, colours, transforms
  * reader_mitsuba_bsdf.c, _texture.c, _emitter.c, _shape.c, _sensor.c   one function per plugin
  */
 
@@ -148,12 +150,24 @@ void props_ignore(struct props *p, const char *name);
 /* All properties must have been asked for by now. Fills id, place and extras. */
 lmn_status props_finish(struct props *p, struct builder_object *object);
 
+/* The attribute `value`; "" when it is missing. */
+const char *read_value(const struct xml_node *node);
+
 /* Values of an attribute: numbers separated by blanks or commas. */
 lmn_status read_numbers(struct reader *r, const struct xml_node *node, const char *attribute,
                         double *out, uint32_t max, uint32_t *n);
+lmn_status read_number(struct reader *r, const struct xml_node *node, const char *attribute,
+                       double *out);
+
+/* x, y and z from attributes of that name (absent: *out as it was), or from `value`, where one
+ * number stands for all three when `is_splat`. */
+lmn_status read_xyz(struct reader *r, const struct xml_node *node, bool is_splat, struct vec3 *out);
 lmn_status read_colour(struct reader *r, const struct xml_node *node, struct vec3 *out,
                        bool is_light);
 lmn_status read_transform(struct reader *r, struct xml_node *node, struct transform *out);
+
+/* Reads the scene file with all that it includes into one checked tree without directives. */
+lmn_status read_document(struct reader *r, struct xml_node **root);
 
 /* Loads an object (bsdf, texture, emitter, shape) once; its kind and index are then in the node. */
 lmn_status load_object(struct reader *r, struct xml_node *node);

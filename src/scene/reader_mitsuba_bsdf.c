@@ -9,7 +9,9 @@
 /* One function per material; defaults are Mitsuba 3's. */
 typedef lmn_status bsdf_fn(struct props *p, struct bsdf *f);
 
-static const struct vec3 half = {0.5f, 0.5f, 0.5f}, one = {1, 1, 1}, tenth = {0.1f, 0.1f, 0.1f};
+/* specular_reflectance and specular_transmittance stay absent when they are: 1 for the light, but
+ * the buffers tell the difference (the paper's albedo of glass without a colour is 0). */
+static const struct vec3 half = {0.5f, 0.5f, 0.5f}, tenth = {0.1f, 0.1f, 0.1f};
 
 /* ---- Shared properties -------------------------------------------------------------------- */
 
@@ -83,7 +85,7 @@ static lmn_status read_conductor(struct props *p, struct bsdf *f)
     }
     TRY(props_texture(p, "eta", &eta, &f->eta_texture));
     TRY(props_texture(p, "k", &k, &f->k_texture));
-    TRY(props_texture(p, "specular_reflectance", &one, &f->specular_reflectance));
+    TRY(props_texture(p, "specular_reflectance", NULL, &f->specular_reflectance));
 done:
     return status;
 }
@@ -131,8 +133,8 @@ static lmn_status read_dielectric(struct props *p, struct bsdf *f)
     lmn_status status = LMN_OK;
     f->kind = BSDF_DIELECTRIC;
     TRY(read_eta(p, 1.5046f, &f->eta)); /* bk7 */
-    TRY(props_texture(p, "specular_reflectance", &one, &f->specular_reflectance));
-    TRY(props_texture(p, "specular_transmittance", &one, &f->specular_transmittance));
+    TRY(props_texture(p, "specular_reflectance", NULL, &f->specular_reflectance));
+    TRY(props_texture(p, "specular_transmittance", NULL, &f->specular_transmittance));
 done:
     return status;
 }
@@ -155,7 +157,7 @@ static lmn_status read_plastic(struct props *p, struct bsdf *f)
     f->kind = BSDF_PLASTIC;
     TRY(read_eta(p, 1.49f, &f->eta)); /* polypropylene */
     TRY(props_texture(p, "diffuse_reflectance", &half, &f->reflectance));
-    TRY(props_texture(p, "specular_reflectance", &one, &f->specular_reflectance));
+    TRY(props_texture(p, "specular_reflectance", NULL, &f->specular_reflectance));
     TRY(props_boolean(p, "nonlinear", &f->is_nonlinear));
 done:
     return status;

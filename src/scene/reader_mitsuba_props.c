@@ -298,6 +298,45 @@ done:
     return status;
 }
 
+/* What people call things elsewhere, and what Mitsuba calls them. */
+static const char *const synonyms[][2] = {
+    {"roughness", "alpha"},
+    {"color", "reflectance"},
+    {"albedo", "reflectance"},
+    {"base_color", "reflectance"},
+    {"diffuse", "reflectance"},
+    {"ior", "int_ior"},
+    {"eta", "int_ior"},
+    {"emission", "radiance"},
+    {"intensity", "radiance"},
+    {"radiance", "intensity"},
+    {"power", "intensity"},
+    {"transform", "to_world"},
+    {"toworld", "to_world"},
+    {"file", "filename"},
+    {"path", "filename"},
+    {"samples", "sample_count"},
+    {"spp", "sample_count"},
+    {"bounces", "max_depth"},
+    {"resx", "width"},
+    {"resy", "height"},
+    {"flip_uvs", "flip_tex_coords"},
+};
+enum { N_SYNONYMS = sizeof synonyms / sizeof *synonyms };
+
+/* The known property that was meant, or NULL. */
+static const char *meant_property(const struct props *p, const char *name)
+{
+    const char *closest = str_closest(name, p->asked, p->n_asked);
+    for (size_t i = 0; i < N_SYNONYMS && !closest; i++) {
+        if (!str_closest(name, &synonyms[i][0], 1)) continue;
+        for (uint32_t k = 0; k < p->n_asked && !closest; k++) {
+            if (strcmp(p->asked[k], synonyms[i][1]) == 0) closest = p->asked[k];
+        }
+    }
+    return closest;
+}
+
 static lmn_status fail_leftover(struct props *p, struct xml_node *c, const char *name)
 {
     struct reader *r = p->r;
@@ -317,7 +356,7 @@ static lmn_status fail_leftover(struct props *p, struct xml_node *c, const char 
     }
     snprintf(what, sizeof what, "<%s name=\"%.80s\">: unknown property of <%s type=\"%.40s\">",
              c->name, name, object, p->type);
-    const char *closest = str_closest(name, p->asked, p->n_asked);
+    const char *closest = meant_property(p, name);
     if (closest) return fail_node(r, c, "%s; did you mean \"%s\"?", what, closest);
     return fail_node(r, c, "%s", what);
 }

@@ -162,7 +162,7 @@ static const struct bad cases[] = {
     {"<emitter type='constant'/>\n<emitter type='constant'/>",
      ":3:1: a scene can have one environment (constant, envmap); another one is at line 2"},
     {RECT("<emitter type='point'/>"),
-     ":2:30: shape \"rectangle\": only an area emitter can be on it"},
+     ":2:29: shape \"rectangle\": only an area emitter can be on it"},
 
     /* shapes */
     {"<shape type='spher'/>", ":2:1: unknown shape \"spher\"; did you mean \"sphere\"?"},
@@ -182,7 +182,7 @@ static const struct bad cases[] = {
     {"<shape type='sphere' id='s'/><shape type='instance'><ref id='s'/></shape>",
      ":2:30: an instance needs a <ref> to a shapegroup"},
     {RECT("<bsdf type='diffuse'/><bsdf type='diffuse'/>"),
-     ":2:76: <bsdf type=\"diffuse\"> has no place in <shape type=\"rectangle\">"},
+     ":2:75: <bsdf type=\"diffuse\"> has no place in <shape type=\"rectangle\">"},
 
     /* sensor, film, integrator */
     {"<sensor type='thinlens'/>", ":2:1: <sensor type=\"thinlens\"> is not supported yet"},

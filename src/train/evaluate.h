@@ -9,7 +9,8 @@
  * only adds; their path-traced references; and the network's error on them.
  */
 struct test_set {
-    lmn_eval_options options; /* with the defaults filled in */
+    lmn_eval_options options;    /* with the defaults filled in */
+    struct trace_settings trace; /* of the references, but for the seed */
     uint32_t width, height;
     float *u;                 /* [n][n_variables]; owned, as all below */
     struct image *references; /* [n], R G B */
@@ -18,9 +19,10 @@ struct test_set {
     uint32_t n_traced;
 };
 
-/* options' zeros become the documented defaults. */
+/* options' zeros become the documented defaults; of `trace` the path depths count. */
 lmn_status test_set_init(struct test_set *set, const struct scene *s,
-                         const lmn_eval_options *options, struct error *err);
+                         const lmn_eval_options *options, const struct trace_settings *trace,
+                         struct error *err);
 void test_set_release(struct test_set *set);
 
 /* The index-th uniform configuration of a seed (lmn_scene_random_values() in u). */

@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "train/model.h"
+
+#include "base/mem.h"
+#include "train/evaluate.h"
+#include "train/model_file.h"
+#include "train/painter.h"
+
+struct model {
+    struct workplace place;
+    lmn_train_options options;
+    struct generator *generator;
+    struct painter painter;
+    bool has_painter;
+};
+
+lmn_status model_load(const struct workplace *place, const char *path, bool force,
+                      struct model **out, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    struct model_file file = {0};
+    struct model *m = mem_new(1, sizeof *m);
+    if (!m) {
+        status = fail_memory(err, path);
+        goto done;
+    }
+    m->place = *place;
+    TRY(model_file_open(&file, path, err));
+    TRY(model_file_check_scene(&file, place->scene, force, err));
+    TRY(model_file_check_weights(&file, err));
+    m->options = file.options;
+    struct generator_config network = model_file_network(&file); /* patch_size 0: no training */
+    TRY(generator_new(&network, place->pool, place->cpu, &m->generator, err));
+    TRY(model_file_read_weights(&file, generator_weights(m->generator), err));
+    generator_weights_changed(m->generator);
+    TRY(painter_init(&m->painter, &m->place, m->generator, err));
+    m->has_painter = true;
+    *out = m;
+    m = NULL;
+done:
+    model_free(m);
+    model_file_release(&file);
+    return status;
+}
+
+void model_free(struct model *m)
+{
+    if (!m) return;
+    if (m->has_painter) painter_release(&m->painter);
+    generator_free(m->generator);
+    mem_free(m);
+}
+
+const struct scene *model_scene(const struct model *m)
+{
+    return m->place.scene;
+}
+
+lmn_status model_render(struct model *m, const float *u, const struct model_render_options *options,
+                        struct image *out, double *render_s, lmn_progress_fn *progress,
+                        void *progress_user, struct error *err)
+{
+    return painter_render(&m->painter, u, options, out, render_s, progress, progress_user, err);
+}
+
+lmn_status model_eval(struct model *m, const lmn_eval_options *options, lmn_progress_fn *progress,
+                      void *progress_user, lmn_eval_result *out, lmn_metrics *each,
+                      struct image *sheet, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    struct test_set set = {0};
+    struct trace_settings trace;
+    trace_settings_init(&trace, m->place.scene);
+    if (m->options.has_max_depth) trace.max_depth = m->options.max_depth;
+    if (m->options.has_rr_depth) trace.rr_depth = m->options.rr_depth;
+    TRY(test_set_init(&set, m->place.scene, options, &trace, err));
+    TRY(test_set_trace(&set, &m->place, progress, progress_user, err));
+    TRY(test_set_evaluate(&set, &m->painter, out, each, sheet, err));
+done:
+    test_set_release(&set);
+    return status;
+}

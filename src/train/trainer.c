@@ -1,0 +1,444 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "train/trainer_inside.h"
+
+#include <math.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/clock.h"
+#include "base/mem.h"
+#include "base/pool.h"
+#include "train/inputs.h"
+#include "train/layout.h"
+#include "train/options.h"
+
+/* Keep the random numbers of one seed apart. */
+enum { STREAM_REUSE = 0x72657573, STREAM_TRACE = 0x74726163, STREAM_WEIGHTS = 0x77656967 };
+
+enum { PATCH_CORNER_DIMENSIONS = 2 };
+
+/* ---- Creation ------------------------------------------------------------------------------ */
+
+static void *take(struct trainer *t, size_t count, size_t size, bool *is_short)
+{
+    void *block = mem_new(count, size);
+    if (block)
+        t->memory_size += (uint64_t)count * size;
+    else
+        *is_short = true;
+    return block;
+}
+
+static void take_patches(struct trainer *t, uint32_t n, struct patches *p, bool *is_short)
+{
+    size_t pixels = (size_t)n * t->n_pixels;
+    p->inputs = take(t, pixels * GENERATOR_INPUTS, sizeof *p->inputs, is_short);
+    p->targets = take(t, pixels * 3, sizeof *p->targets, is_short);
+    p->v = take(t, (size_t)n * t->config.n_variables, sizeof *p->v, is_short);
+}
+
+static void patches_release(struct patches *p)
+{
+    mem_free(p->inputs);
+    mem_free(p->targets);
+    mem_free(p->v);
+}
+
+/* Small things and those whose size the options give. */
+static lmn_status take_workspace(struct trainer *t, struct error *err)
+{
+    const lmn_train_options *o = &t->options;
+    bool is_short = false;
+    size_t n_weights = generator_n_weights(t->generator);
+    size_t max_batch = 2 * (size_t)o->n_chains;
+    if (max_batch < o->reuse_batch) max_batch = o->reuse_batch;
+
+    t->gradient = take(t, n_weights, sizeof *t->gradient, &is_short);
+    take_patches(t, o->n_chains, &t->states, &is_short);
+    take_patches(t, o->n_chains, &t->proposals, &is_short);
+    t->serials = take(t, o->n_chains, sizeof *t->serials, &is_short);
+    t->batch.inputs = take(t, max_batch, sizeof *t->batch.inputs, &is_short);
+    t->batch.targets = take(t, max_batch, sizeof *t->batch.targets, &is_short);
+    t->batch.v = take(t, max_batch, sizeof *t->batch.v, &is_short);
+    t->batch.losses = take(t, max_batch, sizeof *t->batch.losses, &is_short);
+    t->p = take(t, 2 * (size_t)o->n_chains, sizeof *t->p, &is_short);
+    t->norms = take(t, 2 * (size_t)o->n_chains, sizeof *t->norms, &is_short);
+    t->is_accepted = take(t, o->n_chains, sizeof *t->is_accepted, &is_short);
+    t->slots = take(t, o->reuse_batch, sizeof *t->slots, &is_short);
+    t->easels = take(t, pool_n_workers(t->place.pool), sizeof *t->easels, &is_short);
+    if (is_short) return fail_memory(err, "the trainer");
+
+    for (uint32_t i = 0; i < pool_n_workers(t->place.pool); i++) {
+        struct easel *e = &t->easels[i];
+        t->n_easels++;
+        e->color = take(t, t->n_pixels * (size_t)3, sizeof *e->color, &is_short);
+        e->buffers = take(t, t->n_pixels * (size_t)BUFFER_CHANNELS, sizeof *e->buffers, &is_short);
+        if (is_short) return fail_memory(err, "the trainer");
+        lmn_status status = view_new(t->place.world, &e->view, err);
+        if (status != LMN_OK) return status;
+    }
+    return LMN_OK;
+}
+
+/* How many patches are remembered: what was asked for, within the bound of memory and what the
+ * machine has. */
+static lmn_status replay_room(const struct trainer *t, uint32_t *out, struct error *err)
+{
+    const lmn_train_options *o = &t->options;
+    *out = 0;
+    if (o->no_reuse) return LMN_OK;
+    uint64_t patch = replay_patch_size(t->n_pixels, t->config.n_variables);
+    uint64_t bound = ((uint64_t)o->memory_mib << 20) / patch;
+    *out = bound < o->replay_capacity ? (uint32_t)bound : o->replay_capacity;
+    if (*out == 0)
+        return fail(err, LMN_ERR_ARGUMENT,
+                    "training option memory_mib = %u holds no patch of %llu bytes", o->memory_mib,
+                    (unsigned long long)patch);
+    uint64_t machine = (uint64_t)sysconf(_SC_PHYS_PAGES) * (uint64_t)sysconf(_SC_PAGESIZE);
+    if (*out * patch > machine)
+        return fail(err, LMN_ERR_MEMORY,
+                    "the replay memory would take %llu MiB, this machine has %llu; lower "
+                    "memory_mib",
+                    (unsigned long long)(*out * patch >> 20), (unsigned long long)(machine >> 20));
+    return LMN_OK;
+}
+
+lmn_status trainer_new(const struct workplace *place, const lmn_train_options *options,
+                       struct trainer **out, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    const struct scene *s = place->scene;
+    uint32_t capacity, dim = s->n_variables + PATCH_CORNER_DIMENSIONS;
+    struct trainer *t = mem_new(1, sizeof *t);
+    if (!t) {
+        status = fail_memory(err, "the trainer");
+        goto done;
+    }
+    TRY(options_check(options, err));
+    const lmn_train_options *o = &t->options;
+    t->options = *options;
+    t->place = *place;
+    t->n_pixels = o->patch_size * o->patch_size;
+    t->config = (struct generator_config){.n_variables = s->n_variables,
+                                          .width = o->width,
+                                          .depth = o->depth,
+                                          .patch_size = o->patch_size};
+    TRY(replay_room(t, &capacity, err));
+
+    trace_settings_init(&t->trace, s);
+    if (o->spp > 0) t->trace.spp = o->spp;
+    if (o->has_max_depth) t->trace.max_depth = o->max_depth;
+    if (o->has_rr_depth) t->trace.rr_depth = o->rr_depth;
+
+    TRY(generator_new(&t->config, place->pool, place->cpu, &t->generator, err));
+    generator_init(t->generator, rng_mix(o->seed ^ STREAM_WEIGHTS));
+    if (o->no_preconditioning)
+        layout_cut_position_layer(&t->config, generator_weights(t->generator));
+    generator_weights_changed(t->generator);
+    TRY(adam_init(&t->adam, generator_n_weights(t->generator), o->learning_rate, err));
+
+    struct explorer_options walk = {.n_chains = o->n_chains,
+                                    .dim = dim,
+                                    .seed = o->seed,
+                                    .large_step = o->large_step,
+                                    .step_min = o->step_min,
+                                    .step_max = o->step_max};
+    if (o->explore == LMN_EXPLORE_UNIFORM) {
+        walk.large_step = 1;
+        walk.accepts_all = true;
+    }
+    TRY(explorer_init(&t->explorer, &walk, err));
+    TRY(replay_init(&t->replay, capacity, t->n_pixels, s->n_variables, err));
+    TRY(history_init(&t->history, o->n_chains, dim, err));
+    t->reuse = (struct reuse){
+        .bias = o->reuse_bias, .ema = o->reuse_ema, .warmup = o->reuse_warmup};
+    TRY(take_workspace(t, err));
+
+    size_t n_walk = (size_t)o->n_chains * (2 * dim * sizeof(float) + sizeof(bool));
+    t->memory_size += sizeof *t + generator_memory_size(t->generator) +
+                      2 * t->adam.n * sizeof(float) + n_walk + t->replay.memory_size +
+                      t->history.memory_size;
+    *out = t;
+    t = NULL;
+done:
+    trainer_free(t);
+    return status;
+}
+
+void trainer_free(struct trainer *t)
+{
+    if (!t) return;
+    for (uint32_t i = 0; i < t->n_easels; i++) {
+        view_free(t->easels[i].view);
+        mem_free(t->easels[i].color);
+        mem_free(t->easels[i].buffers);
+    }
+    mem_free(t->easels);
+    patches_release(&t->states);
+    patches_release(&t->proposals);
+    mem_free(t->serials);
+    mem_free(t->batch.inputs);
+    mem_free(t->batch.targets);
+    mem_free(t->batch.v);
+    mem_free(t->batch.losses);
+    mem_free(t->p);
+    mem_free(t->norms);
+    mem_free(t->is_accepted);
+    mem_free(t->slots);
+    mem_free(t->gradient);
+    explorer_release(&t->explorer);
+    replay_release(&t->replay);
+    history_release(&t->history);
+    adam_release(&t->adam);
+    test_set_release(&t->tests);
+    if (t->has_painter) painter_release(&t->painter);
+    generator_free(t->generator);
+    str_release(&t->line);
+    mem_free(t);
+}
+
+const lmn_train_options *trainer_options(const struct trainer *t)
+{
+    return &t->options;
+}
+
+/* ---- Rendering proposals ------------------------------------------------------------------- */
+
+uint32_t trainer_resolution(const lmn_train_options *o, uint64_t step)
+{
+    if (o->no_growth) return o->resolution_start;
+    /* It grows at the start of an epoch, so the very first step is one notch up already. */
+    uint64_t n = 1 + step / o->resolution_every;
+    uint64_t room = o->resolution_max - o->resolution_start;
+    if (o->resolution_step > 0 && n > room / o->resolution_step) return o->resolution_max;
+    return o->resolution_start + (uint32_t)n * o->resolution_step;
+}
+
+static void render_proposal(void *ctx, uint32_t chain, uint32_t worker)
+{
+    struct trainer *t = ctx;
+    struct easel *e = &t->easels[worker];
+    const struct scene *s = t->place.scene;
+    const float *u = t->explorer.proposals + (size_t)chain * t->explorer.options.dim;
+    const float *corner = u + s->n_variables;
+    uint32_t side = t->options.patch_size;
+    struct window w = {.width = side, .height = side};
+    inputs_picture_size(s, trainer_resolution(&t->options, t->step), side, &w.full_width,
+                        &w.full_height);
+    w.x = (uint32_t)(corner[0] * (float)(w.full_width - side));
+    w.y = (uint32_t)(corner[1] * (float)(w.full_height - side));
+
+    struct trace_settings settings = t->trace;
+    settings.seed = rng_keyed(t->options.seed ^ STREAM_TRACE, t->explorer.generation, chain).state;
+    struct trace_output output = {.color = e->color, .buffers = e->buffers};
+    view_set(e->view, u);
+    view_trace(e->view, &settings, &w, &output);
+
+    size_t pixels = (size_t)chain * t->n_pixels;
+    inputs_from_buffers(s, e->buffers, t->n_pixels,
+                        t->proposals.inputs + pixels * GENERATOR_INPUTS);
+    inputs_targets(e->color, t->n_pixels, t->proposals.targets + pixels * 3);
+    inputs_variables(s, u, t->proposals.v + (size_t)chain * s->n_variables);
+}
+
+/* ---- Batches ------------------------------------------------------------------------------- */
+
+static void batch_add(struct trainer *t, const struct patches *from, uint32_t index)
+{
+    struct batch *b = &t->batch;
+    size_t pixels = (size_t)index * t->n_pixels;
+    b->inputs[b->n] = from->inputs + pixels * GENERATOR_INPUTS;
+    b->targets[b->n] = from->targets + pixels * 3;
+    b->v[b->n] = from->v + (size_t)index * t->config.n_variables;
+    b->n++;
+}
+
+static struct generator_batch batch_view(const struct batch *b)
+{
+    return (struct generator_batch){
+        .n_patches = b->n, .inputs = b->inputs, .targets = b->targets, .v = b->v};
+}
+
+/* Trains on the batch; its losses are those before the step. */
+static lmn_status train_on_batch(struct trainer *t, struct error *err)
+{
+    const struct generator_loss loss = {.legacy_ssim = t->options.legacy_ssim != 0};
+    struct generator_batch batch = batch_view(&t->batch);
+    generator_gradient(t->generator, &batch, &loss, t->batch.losses, t->gradient);
+    double sum = 0;
+    for (uint32_t i = 0; i < t->batch.n; i++) sum += (double)t->batch.losses[i];
+    if (!isfinite(sum))
+        return fail(err, LMN_ERR_ARGUMENT,
+                    "training came apart at step %llu: the loss is not a number; a lower "
+                    "learning rate may help",
+                    (unsigned long long)t->step);
+    adam_step(&t->adam, t->place.pool, generator_weights(t->generator), t->gradient);
+    generator_weights_changed(t->generator);
+    t->loss = sum / t->batch.n;
+    t->batch_size = t->batch.n;
+    return LMN_OK;
+}
+
+/* The target function of states and proposals under the network as it is now (Sec. 5.1): p = loss x
+ * norm of the step that Adam would make, or the loss alone. A state keeps its old rendering. */
+static void evaluate_target(struct trainer *t)
+{
+    const struct generator_loss loss = {.legacy_ssim = t->options.legacy_ssim != 0};
+    uint32_t n = t->options.n_chains;
+    t->batch.n = 0;
+    for (uint32_t i = 0; i < n; i++) batch_add(t, &t->states, i);
+    for (uint32_t i = 0; i < n; i++) batch_add(t, &t->proposals, i);
+    struct generator_batch batch = batch_view(&t->batch);
+    if (t->options.explore == LMN_EXPLORE_LOSS_ONLY) {
+        generator_gradient(t->generator, &batch, &loss, t->p, NULL);
+        return;
+    }
+    generator_probe(t->generator, &t->adam, &batch, &loss, t->p, t->norms);
+    for (uint32_t i = 0; i < 2 * n; i++) t->p[i] *= t->norms[i];
+}
+
+static void keep_proposal(struct trainer *t, uint32_t chain)
+{
+    size_t pixels = (size_t)chain * t->n_pixels, n_v = t->config.n_variables;
+    memcpy(t->states.inputs + pixels * GENERATOR_INPUTS,
+           t->proposals.inputs + pixels * GENERATOR_INPUTS,
+           t->n_pixels * sizeof(float[GENERATOR_INPUTS]));
+    memcpy(t->states.targets + pixels * 3, t->proposals.targets + pixels * 3,
+           t->n_pixels * sizeof(float[3]));
+    if (n_v > 0)
+        memcpy(t->states.v + chain * n_v, t->proposals.v + chain * n_v, n_v * sizeof(float));
+}
+
+/* After training on a generation: remembers what is new, tells the reuse what it cost. The batch
+ * holds per chain its state and, when refused, its proposal. */
+static void record_generation(struct trainer *t)
+{
+    uint32_t at = 0;
+    float *new_losses = t->p; /* no longer needed */
+    for (uint32_t i = 0; i < t->options.n_chains; i++) {
+        size_t pixels = (size_t)i * t->n_pixels;
+        if (!t->is_accepted[i]) {
+            uint32_t slot = replay_slot(&t->replay, t->serials[i]);
+            if (slot != UINT32_MAX) replay_set_loss(&t->replay, slot, t->batch.losses[at]);
+            at++;
+        }
+        new_losses[i] = t->batch.losses[at++];
+        uint64_t serial = replay_add(&t->replay, t->proposals.inputs + pixels * GENERATOR_INPUTS,
+                                     t->proposals.targets + pixels * 3,
+                                     t->proposals.v + (size_t)i * t->config.n_variables,
+                                     new_losses[i], t->explorer.is_large[i]);
+        if (t->is_accepted[i]) t->serials[i] = serial;
+    }
+    reuse_record_event(&t->reuse, t->loss, new_losses, t->explorer.is_large, t->options.n_chains);
+}
+
+/* A generation of the chains: 16 new patches, and a batch of those and the states that stayed. */
+static lmn_status step_fresh(struct trainer *t, double *trace_cpu_s, struct error *err)
+{
+    uint32_t n = t->options.n_chains;
+    bool is_first = t->explorer.generation == 0;
+    double cpu = clock_cpu_s();
+    explorer_propose(&t->explorer);
+    pool_run(t->place.pool, n, render_proposal, t);
+    *trace_cpu_s = clock_cpu_s() - cpu;
+
+    if (!is_first && !t->explorer.options.accepts_all) evaluate_target(t);
+    uint32_t n_accepted = explorer_decide(&t->explorer, t->p, t->p + n, t->is_accepted);
+    double share = (double)n_accepted / n;
+    bool is_second = t->explorer.generation == 2; /* the first that could refuse */
+    if (!is_first) t->acceptance += (is_second ? 1.0 : 0.1) * (share - t->acceptance);
+
+    t->batch.n = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        if (t->is_accepted[i]) keep_proposal(t, i);
+        batch_add(t, &t->states, i);
+        if (!t->is_accepted[i]) batch_add(t, &t->proposals, i);
+    }
+    lmn_status status = train_on_batch(t, err);
+    if (status != LMN_OK) return status;
+    t->n_traced += n;
+    record_generation(t);
+    history_add_chains(&t->history, t->explorer.generation - 1, t->step + 1, t->explorer.u);
+    return LMN_OK;
+}
+
+/* A batch from memory, drawn in proportion to the last recorded losses. */
+static lmn_status step_replayed(struct trainer *t, struct rng *r, struct error *err)
+{
+    struct patches memory = {t->replay.inputs, t->replay.targets, t->replay.v};
+    t->batch.n = 0;
+    for (uint32_t i = 0; i < t->options.reuse_batch; i++) {
+        t->slots[i] = replay_draw(&t->replay, r);
+        batch_add(t, &memory, t->slots[i]);
+    }
+    lmn_status status = train_on_batch(t, err);
+    if (status != LMN_OK) return status;
+    for (uint32_t i = 0; i < t->batch.n; i++) {
+        float loss = t->batch.losses[i];
+        reuse_record_replayed(&t->reuse, (double)loss, t->replay.is_large[t->slots[i]]);
+        replay_set_loss(&t->replay, t->slots[i], loss);
+    }
+    return LMN_OK;
+}
+
+static void record_step(struct trainer *t)
+{
+    bool is_warm = reuse_is_warm(&t->reuse);
+    const double row[HISTORY_COLUMNS] = {
+        [HISTORY_STEP] = (double)t->step,
+        [HISTORY_LOSS] = t->loss,
+        [HISTORY_LOSS_FRESH] = is_warm ? t->reuse.loss_new : NAN,
+        [HISTORY_LOSS_REPLAYED] = is_warm ? t->reuse.loss_exist : NAN,
+        [HISTORY_REUSE_PROBABILITY] = t->options.no_reuse ? 0 : reuse_probability(&t->reuse),
+        [HISTORY_ACCEPTANCE] = t->acceptance,
+        [HISTORY_RESOLUTION] = trainer_resolution(&t->options, t->step - 1),
+        [HISTORY_FRESH] = t->is_fresh,
+    };
+    history_add(&t->history, row);
+}
+
+lmn_status trainer_step(struct trainer *t, lmn_train_stats *stats, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    double cpu = clock_cpu_s(), trace_cpu_s = 0;
+    struct rng r = rng_keyed(t->options.seed ^ STREAM_REUSE, t->step, 0);
+    t->is_fresh = t->options.no_reuse || !(rng_double(&r) < reuse_probability(&t->reuse));
+    if (t->is_fresh)
+        TRY(step_fresh(t, &trace_cpu_s, err));
+    else
+        TRY(step_replayed(t, &r, err));
+    t->step++;
+    t->has_stepped = true;
+    record_step(t);
+
+    double threads = pool_n_workers(t->place.pool);
+    double cpu_s = clock_cpu_s() - cpu;
+    t->cpu_s += cpu_s / threads;
+    t->trace_s += trace_cpu_s / threads;
+    t->network_s += (cpu_s - trace_cpu_s) / threads;
+    if (stats) trainer_get_stats(t, stats);
+done:
+    return status;
+}
+
+void trainer_get_stats(const struct trainer *t, lmn_train_stats *stats)
+{
+    bool is_warm = reuse_is_warm(&t->reuse);
+    uint64_t last = t->step > 0 ? t->step - 1 : 0;
+    *stats = (lmn_train_stats){
+        .step = t->step,
+        .loss = t->loss,
+        .loss_fresh = is_warm ? t->reuse.loss_new : NAN,
+        .loss_replayed = is_warm ? t->reuse.loss_exist : NAN,
+        .reuse_probability = t->options.no_reuse ? 0 : reuse_probability(&t->reuse),
+        .acceptance = t->acceptance,
+        .resolution = trainer_resolution(&t->options, last),
+        .fresh = t->is_fresh,
+        .batch = t->batch_size,
+        .n_traced = t->n_traced,
+        .cpu_s = t->cpu_s,
+        .trace_s = t->trace_s,
+        .network_s = t->network_s,
+        .memory_bytes = t->memory_size,
+    };
+}

@@ -235,8 +235,6 @@ def clean(root, folder):
         for node in list(film):
             if node.get("name") not in ("width", "height") and node.tag != "rfilter":
                 film.remove(node)
-        # Pixels at the edge see beyond it, as all others see beyond themselves.
-        ElementTree.SubElement(film, "boolean", name="sample_border", value="true")
 
 
 def freeze(path, u=None, bbox=None, defines=None):

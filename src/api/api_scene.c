@@ -1,17 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Public scenes: loading, what they hold, their parameters as text. */
+/* Public scenes: loading, and what they hold. */
 #include "api/handles.h"
-
-#include <string.h>
 
 #include "base/mem.h"
 #include "render/view.h"
-
-/* Texts are made when asked for: a scene can have thousands of parameters. */
-struct parameter_texts {
-    struct arena arena;
-    const char **values; /* [n_params], NULL: not asked yet; in the arena */
-};
+#include "scene/params.h"
 
 /* Keeps what a model file will say of its scene. */
 static lmn_status keep_origin(lmn_scene *s, const char *path, const lmn_scene_options *o,
@@ -44,8 +37,7 @@ lmn_status lmn_scene_load(lmn_context *context, const char *path, const lmn_scen
                                             .note_user = context->note_user};
     s = mem_new(1, sizeof *s);
     if (s) s->cache = mem_new(1, sizeof *s->cache);
-    if (s) s->texts = mem_new(1, sizeof *s->texts);
-    if (!s || !s->cache || !s->texts) {
+    if (!s || !s->cache) {
         status = fail_memory(err, "the scene");
         goto done;
     }
@@ -71,14 +63,12 @@ void lmn_scene_free(lmn_scene *scene)
         world_free(scene->cache->world);
         mem_free(scene->cache->u);
     }
-    if (scene->texts) arena_release(&scene->texts->arena);
     scene_free(scene->scene);
     for (uint32_t i = 0; i < scene->n_defines; i++) mem_free(scene->defines[i]);
     mem_free(scene->defines);
     mem_free(scene->path);
     mem_free(scene->variables_path);
     mem_free(scene->cache);
-    mem_free(scene->texts);
     mem_free(scene);
 }
 
@@ -137,96 +127,11 @@ lmn_status lmn_scene_get_variable(const lmn_scene *scene, uint32_t index, lmn_va
     return LMN_OK;
 }
 
-static const char *type_name(enum param_type type)
-{
-    switch (type) {
-    case PARAM_FLOAT:
-        return "float";
-    case PARAM_RGB:
-        return "rgb";
-    case PARAM_TRANSFORM:
-        return "transform";
-    case PARAM_TEXTURE:
-        return "texture";
-    case PARAM_BSDF:
-        return "bsdf";
-    case PARAM_BOOL:
-        return "bool";
-    }
-    return "";
-}
-
-static void write_texture(struct str *s, const struct scene *scene, uint32_t index)
-{
-    if (index >= scene->n_textures) {
-        str_add(s, "none");
-        return;
-    }
-    const struct texture *t = &scene->defaults.textures[index];
-    switch (t->kind) {
-    case TEXTURE_CONSTANT:
-        str_add(s, "%g %g %g", t->value.x, t->value.y, t->value.z);
-        break;
-    case TEXTURE_BITMAP: {
-        const struct bitmap *b = &scene->bitmaps[t->bitmap];
-        str_add(s, "bitmap %ux%u", b->width, b->height);
-        break;
-    }
-    case TEXTURE_CHECKERBOARD:
-        str_add(s, "checkerboard (%g %g %g) (%g %g %g)", t->color0.x, t->color0.y, t->color0.z,
-                t->color1.x, t->color1.y, t->color1.z);
-        break;
-    }
-}
-
-static void write_value(struct str *s, const struct scene *scene, const struct param *p)
-{
-    /* param_in() gives a writable place; here it is only read. */
-    struct scene_state state = scene->defaults;
-    const void *place = param_in(p, &state);
-    switch (p->type) {
-    case PARAM_FLOAT:
-        str_add(s, "%g", *(const float *)place);
-        break;
-    case PARAM_BOOL:
-        str_add(s, *(const bool *)place ? "true" : "false");
-        break;
-    case PARAM_BSDF:
-        str_add(s, "%u", *(const uint32_t *)place);
-        break;
-    case PARAM_RGB: {
-        const float *c = place;
-        str_add(s, "%g %g %g", c[0], c[1], c[2]);
-        break;
-    }
-    case PARAM_TRANSFORM: {
-        const struct transform *t = place;
-        for (int r = 0; r < 3; r++)
-            for (int c = 0; c < 4; c++) str_add(s, "%s%g", r + c ? " " : "", t->m[r][c]);
-        break;
-    }
-    case PARAM_TEXTURE:
-        write_texture(s, scene, p->array == STATE_TEXTURES ? p->index : *(const uint32_t *)place);
-        break;
-    }
-}
-
 lmn_status lmn_scene_get_parameter(const lmn_scene *scene, uint32_t index, lmn_parameter_info *out)
 {
-    const struct scene *s = scene->scene;
-    struct parameter_texts *t = scene->texts;
-    if (index >= s->n_params) return LMN_ERR_ARGUMENT;
-    if (!t->values) t->values = arena_new(&t->arena, s->n_params, sizeof *t->values);
-    if (!t->values) return LMN_ERR_MEMORY;
-    if (!t->values[index]) {
-        struct str text = {0};
-        write_value(&text, s, &s->params[index]);
-        if (!text.failed && text.text) t->values[index] = arena_strdup(&t->arena, text.text);
-        str_release(&text);
-    }
-    if (!t->values[index]) return LMN_ERR_MEMORY;
-    *out = (lmn_parameter_info){.path = s->params[index].path,
-                                .type = type_name(s->params[index].type),
-                                .value = t->values[index]};
+    if (index >= scene->scene->n_params) return LMN_ERR_ARGUMENT;
+    const struct param *p = &scene->scene->params[index];
+    *out = (lmn_parameter_info){
+        .path = p->path, .type = param_type_name(p->type), .value = p->value ? p->value : ""};
     return LMN_OK;
 }

@@ -43,9 +43,8 @@ struct scene_cache {
 struct lmn_scene {
     struct scene *scene;
     struct scene_cache *cache;
-    struct parameter_texts *texts; /* what lmn_scene_get_parameter() gave out */
-    char *path, *variables_path;   /* as given; variables_path "" when it was NULL */
-    char **defines;                /* [n_defines] */
+    char *path, *variables_path; /* as given; variables_path "" when it was NULL */
+    char **defines;              /* [n_defines] */
     uint32_t n_defines;
 };
 

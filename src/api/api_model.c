@@ -4,22 +4,12 @@
 
 #include "base/mem.h"
 #include "train/checkpoint.h"
-#include "train/evaluate.h"
 #include "train/model.h"
 
 struct lmn_model {
     struct model *model;
     const lmn_scene *scene;
 };
-
-void lmn_scene_random_values(const lmn_scene *scene, uint64_t seed, uint64_t index, double *values)
-{
-    const struct scene *s = scene->scene;
-    float *u = scene->cache->u;
-    test_set_draw(seed, index, s->n_variables, u);
-    for (uint32_t i = 0; i < s->n_variables; i++)
-        values[i] = variable_from_unit(&s->variables[i], u[i]);
-}
 
 lmn_status scene_workplace(lmn_context *context, const lmn_scene *scene, struct workplace *out,
                            struct error *err)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* lumenaut bench: what this machine does. */
-#include "options.h"
+#include "cli_options.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* lumenaut compare: the errors of an image against a reference. */
-#include "options.h"
+#include "cli_options.h"
 
 struct compare_args {
     struct common_args common;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* lumenaut info: what a bug report needs. */
-#include "options.h"
+#include "cli_options.h"
 
 #include <sys/utsname.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* lumenaut params: the variables and parameters of a scene, or of the scene of a model. */
-#include "options.h"
+#include "cli_options.h"
 
 #include <string.h>
 

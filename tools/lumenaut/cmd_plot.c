@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* lumenaut plot: the curves of a training run as SVG. */
-#include "options.h"
+#include "cli_options.h"
 
 struct plot_args {
     struct common_args common;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* lumenaut trace: path-traces one configuration of a scene. */
-#include "options.h"
+#include "cli_options.h"
 
 #include <stdlib.h>
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* lumenaut: finds the command, parses its arguments, runs it. */
-#include "options.h"
+#include "cli_options.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 #ifndef MODEL_SCENE_H
 #define MODEL_SCENE_H
 
-#include "options.h"
+#include "cli_options.h"
 
 /* Models name their scene by path; these find it again. */
 

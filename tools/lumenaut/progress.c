@@ -33,6 +33,7 @@ void progress_begin(struct progress *p, const char *phase, const char *unit)
     p->phase = phase;
     p->unit = unit;
     p->start_s = p->last_s = clock_s();
+    if (p->mode == PROGRESS_JSON) p->last_s = 0.0; /* programs see the first one at once */
     p->first = -1.0;
     p->is_active = p->mode != PROGRESS_NONE;
 }

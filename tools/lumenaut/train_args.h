@@ -2,7 +2,7 @@
 #ifndef TRAIN_ARGS_H
 #define TRAIN_ARGS_H
 
-#include "options.h"
+#include "cli_options.h"
 
 struct train_args {
     struct common_args common;

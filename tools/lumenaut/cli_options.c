@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "options.h"
+#include "cli_options.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -88,7 +88,7 @@ bool str_to_double(const char *text, double *out)
 static size_t edit_distance(const char *a, const char *b)
 {
     size_t n = strlen(a), m = strlen(b);
-    if (n > 63 || m > 63) return 64;
+    if (n > 63 || m > 63) return (size_t)-1;
     unsigned char d[64][64];
     for (size_t i = 0; i <= n; i++) d[i][0] = (unsigned char)i;
     for (size_t j = 0; j <= m; j++) d[0][j] = (unsigned char)j;

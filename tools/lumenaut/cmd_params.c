@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* lumenaut params: the variables and parameters of a scene, or of the scene of a model. */
+#include "model_scene.h"
 #include "cli_options.h"
 
 #include <string.h>
@@ -136,7 +137,10 @@ static int run(void *args)
     lmn_scene *scene = NULL;
     int code = app_open(&app, &a->common);
     if (code != EXIT_OK) goto done;
-    code = load_scene(&app, path, &a->scene, &scene);
+    if (is_model_file(path))
+        code = load_model_scene(&app, path, a->model_scene, &a->scene, &scene);
+    else
+        code = load_scene(&app, path, &a->scene, &scene);
     if (code != EXIT_OK) goto done;
     if (a->json)
         print_json(path, scene);

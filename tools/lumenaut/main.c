@@ -6,7 +6,8 @@
 #include <string.h>
 
 const struct command *const commands[] = {
-    &command_trace, &command_compare, &command_params, &command_info, NULL,
+    &command_trace,  &command_train, &command_render, &command_eval, &command_compare,
+    &command_params, &command_plot,  &command_info,   NULL,
 };
 
 static int show_version(void)

@@ -1,0 +1,249 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "scene_text.h"
+
+#include "base/clock.h"
+#include "base/rng.h"
+#include "scene/mesh.h"
+
+/* Files that want to hurt: damaged bytes, absurd counts, deep nesting, short memory. What matters
+ * is that nothing crashes, leaks or takes for ever (run it under ASan and UBSan), and that a
+ * failure has a message. */
+
+enum { N_MUTATIONS = 700 };
+
+static const char seed_scene[] =
+    "<scene version='3.0.0'><default name='r' value='0.5'/>\n"
+    "<integrator type='path'><integer name='max_depth' value='6'/></integrator>"
+    "<sensor type='perspective' id='var_cam'><float name='fov' value='40'/>"
+    "<transform name='to_world'><lookat origin='0,1,5' target='0,0,0' up='0,1,0'/></transform>"
+    "<film type='hdrfilm'><integer name='width' value='64'/><rfilter type='tent'/></film>"
+    "<sampler type='independent'><integer name='sample_count' value='16'/></sampler>"
+    "<vector name='min_bounds' value='1 2 3'/><vector name='range_bounds' value='1 2 3'/>"
+    "<integer name='num_parameters' value='5'/></sensor>"
+    "<bsdf type='twosided' id='m'><bsdf type='roughconductor'><float name='alpha' value='$r'/>"
+    "<string name='material' value='Au'/></bsdf></bsdf>"
+    "<texture type='checkerboard' id='t'><transform name='to_uv'><scale value='4'/></transform>"
+    "</texture><bsdf type='diffuse' id='var_d'><ref name='reflectance' id='t'/></bsdf>"
+    "<shape type='obj' id='o'><string name='filename' value='m.obj'/><ref id='m'/></shape>"
+    "<shape type='ply'><string name='filename' value='m.ply'/><ref id='var_d'/></shape>"
+    "<shape type='shapegroup' id='g'><shape type='sphere'><float name='radius' value='2'/>"
+    "<emitter type='area'><rgb name='radiance' value='1 2 3'/></emitter></shape></shape>"
+    "<shape type='instance' id='var_i'><ref id='g'/><vector name='min_bounds' value='0 0 0'/>"
+    "<vector name='range_bounds' value='1 0 0'/><integer name='num_parameters' value='1'/></shape>"
+    "<emitter type='point'><point name='position' value='1 2 3'/></emitter></scene>";
+
+static const char seed_obj[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1e-3\nvt 0 0\nvt 1 1\nvn 0 0 1\n"
+                               "f 1/1/1 2/2/1 3//1\nf -1 -2 -3\nf 1 2 4 3\n";
+
+static const char seed_ply[] =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+
+static void write_seeds(void)
+{
+    text_write_string("m.obj", seed_obj);
+    text_write_string("m.ply", seed_ply);
+    text_write_string("s.xml", seed_scene);
+}
+
+/* One to four changes: a byte set, a piece cut out, a piece doubled, or the end cut off. */
+static size_t mutate(char *bytes, size_t size, size_t capacity, struct rng *r)
+{
+    static const char interesting[] = "\0\xff<>\"'/$-+.e9 \n0,#";
+    uint32_t n = 1 + rng_below(r, 4);
+    for (uint32_t i = 0; i < n && size > 0; i++) {
+        size_t at = rng_below(r, (uint32_t)size), length = 1 + rng_below(r, 24);
+        if (length > size - at) length = size - at;
+        switch (rng_below(r, 5)) {
+        case 0:
+            bytes[at] = (char)rng_u32(r);
+            break;
+        case 1:
+            bytes[at] = interesting[rng_below(r, sizeof interesting - 1)];
+            break;
+        case 2:
+            memmove(bytes + at, bytes + at + length, size - at - length);
+            size -= length;
+            break;
+        case 3:
+            if (size + length > capacity) break;
+            memmove(bytes + at + length, bytes + at, size - at);
+            size += length;
+            break;
+        default:
+            if (rng_below(r, 8) == 0) size = at;
+        }
+    }
+    return size;
+}
+
+static void mutations(const char *name, const char *seed, uint64_t key)
+{
+    size_t n_loaded = 0;
+    write_seeds();
+    for (uint32_t i = 0; i < N_MUTATIONS; i++) {
+        struct rng r = rng_keyed(key, i, 0);
+        struct scene *s;
+        struct error err;
+        char bytes[8192];
+        size_t size = strlen(seed);
+        memcpy(bytes, seed, size);
+        size = mutate(bytes, size, sizeof bytes, &r);
+        text_write(name, bytes, size);
+        lmn_status status = text_load_file("s.xml", NULL, &s, &err);
+        if (status == LMN_OK) {
+            n_loaded++;
+        } else if (!err.text[0] || strchr(err.text, '\n') || s) {
+            fail_msg("mutation %u of %s: status %d, \"%s\"", i, name, (int)status, err.text);
+        }
+        scene_free(s);
+    }
+    /* Else the seed itself is broken and nothing was tested. */
+    assert_true(n_loaded > 0);
+    assert_true(n_loaded < N_MUTATIONS);
+}
+
+static void damaged_xml(void **state)
+{
+    (void)state;
+    mutations("s.xml", seed_scene, 1);
+}
+
+static void damaged_obj(void **state)
+{
+    (void)state;
+    mutations("m.obj", seed_obj, 2);
+}
+
+static void damaged_ply(void **state)
+{
+    (void)state;
+    mutations("m.ply", seed_ply, 3);
+}
+
+/* Every allocation of a load fails once. */
+static void short_memory(void **state)
+{
+    (void)state;
+    write_seeds();
+    for (uint64_t n = 1;; n++) {
+        struct scene *s;
+        struct error err;
+        mem_fail_after(n);
+        lmn_status status = text_load_file("s.xml", NULL, &s, &err);
+        mem_fail_after(0);
+        if (status == LMN_OK) {
+            scene_free(s);
+            assert_true(n > 20);
+            break;
+        }
+        if (status != LMN_ERR_MEMORY) fail_msg("allocation %d: %s", (int)n, err.text);
+        assert_null(s);
+    }
+}
+
+static void append(char **at, const char *text, int n)
+{
+    for (int i = 0; i < n; i++) {
+        memcpy(*at, text, strlen(text));
+        *at += strlen(text);
+    }
+}
+
+/* Deep and wide documents end in an error or a scene, soon. */
+static void depth_and_width(void **state)
+{
+    enum { SIZE = 8 << 20 };
+    struct scene *s;
+    struct error err;
+    char *text = malloc(SIZE), *at = text;
+    (void)state;
+    assert_non_null(text);
+
+    append(&at, "<scene version='3.0.0'>", 1);
+    append(&at, "<bsdf type='twosided'>", 100000);
+    text_write("s.xml", text, (size_t)(at - text));
+    assert_int_equal(text_load_file("s.xml", NULL, &s, &err), LMN_ERR_PARSE);
+    assert_non_null(strstr(err.text, "elements are nested deeper than 64"));
+
+    /* Fans of references: 2^30 paths through 30 materials. */
+    at = text;
+    append(&at, "<scene version='3.0.0'><sensor type='perspective'/><bsdf type='diffuse' id='b0'/>",
+           1);
+    for (int i = 1; i < 30; i++)
+        at += sprintf(at, "<bsdf type='twosided' id='b%d'><ref id='b%d'/><ref id='b%d'/></bsdf>", i,
+                      i - 1, i - 1);
+    append(&at, "</scene>", 1);
+    text_write("s.xml", text, (size_t)(at - text));
+    assert_int_equal(text_load_file("s.xml", NULL, &s, &err), LMN_ERR_PARSE);
+    assert_non_null(strstr(err.text, "materials are nested deeper than 8"));
+
+    /* A long chain of references in the wrong order. */
+    at = text;
+    append(&at, "<scene version='3.0.0'>", 1);
+    for (int i = 0; i < 20000; i++)
+        at += sprintf(at, "<bsdf type='twosided' id='b%d'><ref id='b%d'/></bsdf>", i, i + 1);
+    append(&at, "<bsdf type='diffuse' id='b20000'/></scene>", 1);
+    text_write("s.xml", text, (size_t)(at - text));
+    assert_int_equal(text_load_file("s.xml", NULL, &s, &err), LMN_ERR_PARSE);
+    assert_non_null(strstr(err.text, "objects are nested deeper than 64"));
+
+    /* Values that double with every default. */
+    at = text;
+    append(&at, "<scene version='3.0.0'><default name='a0' value='xxxxxxxxxxxxxxxx'/>", 1);
+    for (int i = 1; i < 64; i++)
+        at += sprintf(at, "<default name='a%d' value='$a%d$a%d'/>", i, i - 1, i - 1);
+    append(&at, "</scene>", 1);
+    text_write("s.xml", text, (size_t)(at - text));
+    assert_int_equal(text_load_file("s.xml", NULL, &s, &err), LMN_ERR_PARSE);
+    assert_non_null(strstr(err.text, "a value is longer than"));
+
+    /* Many shapes and instances, all of them made-up names. */
+    at = text;
+    append(&at,
+           "<scene version='3.0.0'><sensor type='perspective'/>"
+           "<shape type='shapegroup' id='g'><shape type='disk'/></shape>",
+           1);
+    append(&at, "<shape type='sphere'/>", 20000);
+    append(&at, "<shape type='instance'><ref id='g'/></shape>", 20000);
+    append(&at, "</scene>", 1);
+    text_write("s.xml", text, (size_t)(at - text));
+    double start = clock_cpu_s();
+    assert_int_equal(text_load_file("s.xml", NULL, &s, &err), LMN_OK);
+    assert_int_equal(s->n_shapes, 20001);
+    assert_int_equal(s->n_instances, 20001);
+    assert_true(clock_cpu_s() - start < 5.0);
+    scene_free(s);
+    free(text);
+}
+
+/* Includes that include twice, again and again: 2^15 copies. */
+static void include_bomb(void **state)
+{
+    struct scene *s;
+    struct error err;
+    char name[32], text[160];
+    (void)state;
+    for (int i = 0; i < 15; i++) {
+        snprintf(name, sizeof name, "i%d.xml", i);
+        snprintf(text, sizeof text,
+                 "<scene version='3.0.0'><include filename='i%d.xml'/><include filename='i%d.xml'/>"
+                 "</scene>",
+                 i + 1, i + 1);
+        text_write_string(name, text);
+    }
+    text_write_string("i15.xml", "<scene version='3.0.0'/>");
+    assert_int_equal(text_load_file("i0.xml", NULL, &s, &err), LMN_ERR_PARSE);
+    assert_non_null(strstr(err.text, "more than 4096 includes"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(damaged_xml),     cmocka_unit_test(damaged_obj),
+        cmocka_unit_test(damaged_ply),     cmocka_unit_test(short_memory),
+        cmocka_unit_test(depth_and_width), cmocka_unit_test(include_bomb),
+    };
+    return cmocka_run_group_tests_name("hostile scenes", tests, text_setup, text_teardown);
+}

@@ -223,7 +223,7 @@ static void messages(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct scene *s;
         struct error err;
-        char wanted[512], tail[400];
+        char wanted[768], tail[400];
         lmn_status status = text_load(cases[i].body, &s, &err);
         const char *path = text_path("scene.xml");
         snprintf(tail, sizeof tail, cases[i].message, path);

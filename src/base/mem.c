@@ -41,8 +41,9 @@ void *mem_new(size_t count, size_t size)
     size_t total;
     if (!padded_size(count, size, &total) || should_fail()) return NULL;
     bool huge = total >= HUGE_BLOCK;
-    void *block = aligned_alloc(huge ? HUGE_PAGE : ALIGNMENT, total);
-    if (!block) return NULL;
+    /* Not aligned_alloc(), which wants sizes that are multiples of the alignment. */
+    void *block = NULL;
+    if (posix_memalign(&block, huge ? HUGE_PAGE : ALIGNMENT, total) != 0) return NULL;
     if (huge) madvise(block, total & ~(size_t)4095, MADV_HUGEPAGE); /* a hint: may fail */
     memset(block, 0, total);
     return block;

@@ -30,6 +30,7 @@ lmn_status builder_new(const char *path, struct builder **out, struct error *err
     struct builder *b = mem_new(1, sizeof *b);
     if (!b) return fail_memory(err, path);
     b->private = mem_new(1, sizeof *b->private);
+    if (b->private) b->private->owns_scene = true;
     b->scene = mem_new(1, sizeof *b->scene);
     b->arena = b->scene ? &b->scene->arena : NULL;
     b->path = b->arena ? arena_strdup(b->arena, path) : NULL;
@@ -39,7 +40,6 @@ lmn_status builder_new(const char *path, struct builder **out, struct error *err
     }
     b->scene->path = b->path;
     b->hash = HASH_START;
-    b->private->owns_scene = true;
     b->sensor.to_world = transform_identity();
     b->settings = (struct render_settings){.width = 768,
                                            .height = 576,

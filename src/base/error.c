@@ -10,6 +10,9 @@ lmn_status fail(struct error *err, lmn_status status, const char *format, ...)
     va_start(args, format);
     vsnprintf(err->text, sizeof err->text, format, args);
     va_end(args);
+    /* Names from files may hold line breaks; a message is one line whatever they hold. */
+    for (char *c = err->text; *c; c++)
+        if ((unsigned char)*c < 0x20 || *c == 0x7F) *c = ' ';
     return status;
 }
 

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/mem.h"
 #include "nn/generator.h"
 #include "train/replay.h"
 
@@ -136,7 +137,9 @@ static void nothing_is_remembered_without_room(void **state)
     assert_int_equal(replay_slot(&m, 0), UINT32_MAX);
     replay_release(&m);
     struct error err;
-    assert_int_equal(replay_init(&m, 1u << 28, UINT32_MAX, 3, &err), LMN_ERR_MEMORY);
+    mem_fail_after(3);
+    assert_int_equal(replay_init(&m, 5, PIXELS, VARIABLES, &err), LMN_ERR_MEMORY);
+    mem_fail_after(0);
     assert_int_equal(replay_init(&m, UINT32_MAX, 1, 3, &err), LMN_ERR_ARGUMENT);
 }
 

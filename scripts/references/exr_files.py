@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Tiny OpenEXR files of every kind that image_load() reads, written by the OpenEXR project's own
-package (PyPI: OpenEXR; not needed to run the tests).
+package (PyPI: OpenEXR). tests/image/test_exr.c reads them.
 
     exr_files.py [FOLDER]    (default: tests/image/data)
 

@@ -19,16 +19,15 @@ struct stream {
     char message[256];
 };
 
-static struct stream *stream_of(exr_const_context_t ctx)
-{
-    void *user = NULL;
-    return ctx && exr_get_user_data(ctx, &user) == EXR_ERR_SUCCESS ? user : NULL;
-}
+/* The core may call on_error() with its context locked, and exr_get_user_data() takes that lock:
+ * asking the context for its stream would wait for ever. */
+static _Thread_local struct stream *current;
 
 static void on_error(exr_const_context_t ctx, exr_result_t code, const char *message)
 {
+    (void)ctx;
     (void)code;
-    struct stream *s = stream_of(ctx);
+    struct stream *s = current;
     if (!s || s->message[0]) return; /* what went wrong first is what helps */
     size_t n = 0;
     for (const char *m = message; *m && n + 1 < sizeof s->message; m++)
@@ -301,6 +300,7 @@ lmn_status exr_decode(const char *path, const void *bytes, size_t size, bool col
     struct image im = {0};
     int n_parts = 0;
 
+    current = &stream;
     TRY_EXR(exr_start_read(&ctx, path, &init));
     TRY_EXR(exr_get_count(ctx, &n_parts));
     for (int i = 0; i < n_parts && part.index < 0; i++) {
@@ -327,6 +327,7 @@ done:
         exr_decoding_destroy(ctx, &pipe);
         exr_finish(&ctx);
     }
+    current = NULL;
     image_release(&im);
     return status;
 }
@@ -393,6 +394,7 @@ lmn_status exr_encode(const struct image *im, struct str *out, struct error *err
     int part = 0;
     int32_t n_lines = 0;
 
+    current = &stream;
     TRY_EXR(exr_start_write(&ctx, "image", EXR_WRITE_FILE_DIRECTLY, &init));
     TRY_EXR(exr_set_longname_support(ctx, 1));
     TRY_EXR(exr_add_part(ctx, "", EXR_STORAGE_SCANLINE, &part));
@@ -417,5 +419,6 @@ done:
         exr_encoding_destroy(ctx, &pipe);
         exr_finish(&ctx);
     }
+    current = NULL;
     return status;
 }

@@ -13,6 +13,18 @@ bool jpeg_is(const void *bytes, size_t size)
     return size >= 3 && memcmp(bytes, "\xff\xd8\xff", 3) == 0;
 }
 
+/* Whether the picture is whole all the same. Files in the wild often draw such warnings. Missing
+ * pixels are a warning to the library, too, and an error after a warning still has a warning's
+ * code: only the text tells. */
+static bool is_harmless(const char *message)
+{
+    static const char *const texts[] = {"extraneous bytes before marker", "Invalid SOS parameters",
+                                        "unknown JFIF revision", "Unknown Adobe color transform"};
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
+        if (strstr(message, texts[i])) return true;
+    return false;
+}
+
 lmn_status jpeg_decode(const char *path, const void *bytes, size_t size, struct bitmap *out,
                        struct error *err)
 {
@@ -45,11 +57,9 @@ lmn_status jpeg_decode(const char *path, const void *bytes, size_t size, struct 
         status = fail_memory(err, path);
         goto done;
     }
-    /* Warnings (stray bytes between markers) are common in the wild and harmless; missing pixels
-     * are not, and look the same to the caller but for the text. */
     if (tjDecompress2(tj, bytes, size, b.u8, width, 0, height,
                       space == TJCS_GRAY ? TJPF_GRAY : TJPF_RGB, TJFLAG_LIMITSCANS) != 0 &&
-        (tjGetErrorCode(tj) == TJERR_FATAL || str_starts(tjGetErrorStr2(tj), "Premature end"))) {
+        !is_harmless(tjGetErrorStr2(tj))) {
         status = fail(err, LMN_ERR_PARSE, "%s: JPEG: %s", path, tjGetErrorStr2(tj));
         goto done;
     }

@@ -3,8 +3,8 @@
 """text.py [ROOT]: what every text file keeps to.
 
 C, shell and Python files start with an SPDX line; no tabs (but in Makefile), trailing blanks or
-invisible Unicode; a newline ends the file; C lines have at most 100 columns; file names in src/ are
-unique; files over 800 lines get a warning, which is no failure.
+invisible Unicode; a newline ends the file; C lines have at most 100 columns; file names are unique in
+src/ and in tools/; files over 800 lines get a warning, which is no failure.
 """
 import pathlib
 import subprocess
@@ -64,9 +64,9 @@ def main():
     for path in files_of(root):
         shown = path.relative_to(root)
         if shown.parts[0] in ("src", "tools") and path.suffix in (".c", ".h"):
-            if path.name in seen:
-                problems.append(f"{shown}: the name is taken by {seen[path.name]}")
-            seen[path.name] = shown
+            taken = seen.setdefault((shown.parts[0], path.name), shown)
+            if taken != shown:
+                problems.append(f"{shown}: the name is taken by {taken}")
         more, notes = check(path, shown)
         problems += more
         warnings += notes

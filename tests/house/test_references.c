@@ -22,7 +22,7 @@
 #include <jansson.h>
 #include <lumenaut/lumenaut.h>
 
-enum { SEEDS = 16, SPP = 32, MAX_TILES = 65 };
+enum { SEEDS = 16, SPP = 16, MAX_TILES = 65 };
 static const double LIMIT = 6.0;
 
 struct tally {

@@ -69,6 +69,24 @@ done:
     return status;
 }
 
+/* Mitsuba 0.x gives conductors the index of the medium around them, which scales eta and k. */
+static lmn_status divide_by_outside(struct props *p, const struct bsdf *f)
+{
+    lmn_status status = LMN_OK;
+    struct builder *b = p->r->b;
+    float ext_eta = 1.0f;
+    const uint32_t textures[] = {f->eta_texture, f->k_texture};
+    TRY(props_positive(p, "ext_eta", &ext_eta));
+    for (int i = 0; i < 2 && ext_eta != 1.0f; i++) {
+        struct builder_texture *t = &b->textures[textures[i]];
+        if (t->object.id)
+            return fail_node(p->r, p->node, "\"ext_eta\" with a texture is not supported");
+        t->texture.value = vec3_scale(t->texture.value, 1.0f / ext_eta);
+    }
+done:
+    return status;
+}
+
 /* Complex index of refraction: a material's name, or eta and k. */
 static lmn_status read_conductor(struct props *p, struct bsdf *f)
 {
@@ -85,6 +103,7 @@ static lmn_status read_conductor(struct props *p, struct bsdf *f)
     }
     TRY(props_texture(p, "eta", &eta, &f->eta_texture));
     TRY(props_texture(p, "k", &k, &f->k_texture));
+    TRY(divide_by_outside(p, f));
     TRY(props_texture(p, "specular_reflectance", NULL, &f->specular_reflectance));
 done:
     return status;

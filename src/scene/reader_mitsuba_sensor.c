@@ -56,9 +56,11 @@ static lmn_status read_film(struct reader *r, struct xml_node *node, struct rend
     struct xml_node *child;
     int32_t width = (int32_t)s->width, height = (int32_t)s->height;
     if (strcmp(p.type, "specfilm") == 0) return fail_unsupported(r, node);
-    if (strcmp(p.type, "ldrfilm") == 0) return fail_unsupported(r, node);
-    if (strcmp(p.type, words[0]) != 0)
+    if (strcmp(p.type, "ldrfilm") == 0) {
+        note_ignored(r, node, "ldrfilm: taken as hdrfilm"); /* of 0.x: tone-mapped output */
+    } else if (strcmp(p.type, words[0]) != 0) {
         return fail_unknown(r, node, "unknown film", p.type, words, 1);
+    }
     TRY(props_integer(&p, "width", 1, IMAGE_MAX_SIDE, &width));
     TRY(props_integer(&p, "height", 1, IMAGE_MAX_SIDE, &height));
     s->width = (uint32_t)width;
@@ -199,8 +201,8 @@ lmn_status load_integrator(struct reader *r, struct xml_node *node)
         "volpath", "volpathmis",        "ptracer", "bdpt",   "photonmapper", "sppm", "depth",
         "prb",     "direct_projective", "stokes",  "pssmlt", "mlt",          "erpt"};
     static const char *const ignored[] = {
-        "samples_per_pass", "block_size",      "timeout",      "aovs",
-        "shading_samples",  "emitter_samples", "bsdf_samples", "strict_normals"};
+        "samples_per_pass", "block_size",   "timeout",        "aovs",       "shading_samples",
+        "emitter_samples",  "bsdf_samples", "strict_normals", "sample_num", "delta"};
     lmn_status status = LMN_OK;
     struct props p = props_of(r, node);
     struct builder_object object;

@@ -176,8 +176,8 @@ struct param {
     const char *path;
     enum param_type type;
     enum state_array array;
-    uint32_t index;  /* element of the array */
-    uint32_t offset; /* bytes into the element */
+    uint32_t index;    /* element of the array */
+    uint32_t offset;   /* bytes into the element */
     const char *value; /* the default, as text */
 };
 

@@ -453,9 +453,14 @@ static void old_names(void **state)
                       "<lookAt origin='0,0,5' target='0,0,0' up='0,1,0'/></transform></sensor>"
                       "<shape type='sphere'><bsdf type='dielectric'>"
                       "<float name='intIOR' value='1.5'/><float name='extIOR' value='1'/></bsdf>"
-                      "</shape></scene>");
+                      "</shape><shape type='cube'><bsdf type='roughconductor'>"
+                      "<float name='extEta' value='2'/><rgb name='eta' value='1 2 3'/>"
+                      "<rgb name='k' value='4'/></bsdf></shape></scene>");
     assert_int_equal(text_load_file("old.xml", NULL, &s, &err), LMN_OK);
     assert_close(bsdf_of(s)->eta, 1.5f);
+    const struct bsdf *f = &s->defaults.bsdfs[s->defaults.shape_bsdfs[1]];
+    assert_vec3(value_of(s, f->eta_texture), 0.5f, 1, 1.5f);
+    assert_vec3(value_of(s, f->k_texture), 2, 2, 2);
     scene_free(s);
 }
 

@@ -47,6 +47,7 @@ static void loads(void **state)
         {"official/sphere-caustic/preview_buffers.xml", 12, 7, 0, 600, 20, -1},
         {"official/veach-ajar/scene.xml", 382690, 22, 3, 512, 600, 9},
         {"bitterli/cornell-box/scene.xml", 36, 8, 0, 1024, 64, 2},
+        {"bitterli/veach-mis/scene.xml", 52, 9, 0, 1280, 512, 5},
     };
     (void)state;
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {

@@ -10,7 +10,7 @@
 #include "base/rng.h"
 #include "scene/reader_mitsuba_private.h"
 
-enum { MAX_INCLUDE_DEPTH = 16, MAX_INCLUDES = 4096, MAX_VALUE = 1 << 20 };
+enum { MAX_INCLUDE_DEPTH = 16, MAX_INCLUDES = 4096, MAX_VALUE = 1 << 20, MAX_DEFINES = 4096 };
 
 struct define {
     const char *name, *value;
@@ -408,6 +408,8 @@ static lmn_status expand_directive(struct reader *r, struct xml_node *node,
         if (d) {
             d->is_used = true;
             /* The name stays known for "did you mean", also when -D gave the value. */
+        } else if (r->n_defines >= MAX_DEFINES) { /* they are searched one by one */
+            return fail_node(r, node, "more than %d defaults", MAX_DEFINES);
         } else {
             TRY(add_define(r, a, b, false));
         }

@@ -199,6 +199,14 @@ static void depth_and_width(void **state)
     assert_int_equal(text_load_file("s.xml", NULL, &s, &err), LMN_ERR_PARSE);
     assert_non_null(strstr(err.text, "a value is longer than"));
 
+    at = text;
+    append(&at, "<scene version='3.0.0'>", 1);
+    for (int i = 0; i < 5000; i++) at += sprintf(at, "<default name='a%d' value='1'/>", i);
+    append(&at, "</scene>", 1);
+    text_write("s.xml", text, (size_t)(at - text));
+    assert_int_equal(text_load_file("s.xml", NULL, &s, &err), LMN_ERR_PARSE);
+    assert_non_null(strstr(err.text, "more than 4096 defaults"));
+
     /* Many shapes and instances, all of them made-up names. */
     at = text;
     append(&at,

@@ -4,12 +4,15 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 struct bench_args {
     struct common_args common;
     uint32_t runs, width, depth, patches;
     uint32_t size[2], has_size;
     uint32_t spp;
+    int32_t max_depth, rr_depth;
+    uint32_t has_max_depth, has_rr_depth;
     uint32_t json;
 };
 
@@ -52,10 +55,29 @@ static const struct arg_option bench_options[] = {
     {.name = "spp",
      .type = ARG_COUNT,
      .argument = "N",
-     .help = "samples per pixel (trace)",
+     .help = "samples per pixel; those of the buffers in a frame",
+     .fallback = "trace: 32; frame: 1",
      .min = 1,
      .max = 1 << 20,
      .offset = offsetof(struct bench_args, spp)},
+    {.name = "max-depth",
+     .type = ARG_INTEGER,
+     .argument = "N",
+     .help = "longest path (trace)",
+     .fallback = "the scene's",
+     .min = -1,
+     .max = 1 << 20,
+     .offset = offsetof(struct bench_args, max_depth),
+     .given = offsetof(struct bench_args, has_max_depth)},
+    {.name = "rr-depth",
+     .type = ARG_INTEGER,
+     .argument = "N",
+     .help = "path length from which Russian roulette plays (trace)",
+     .fallback = "the scene's",
+     .min = 1,
+     .max = 1 << 20,
+     .offset = offsetof(struct bench_args, rr_depth),
+     .given = offsetof(struct bench_args, has_rr_depth)},
     {.name = "json",
      .type = ARG_FLAG,
      .help = "print one JSON document on stdout",
@@ -74,7 +96,6 @@ static void init(void *args)
     a->width = 512;
     a->depth = 8;
     a->patches = 32;
-    a->spp = 32;
 }
 
 /* Shows a JSON document to people: a line per member, indented, without quotes and braces. */
@@ -107,6 +128,22 @@ static void print_plain(const char *json)
     if (!at_start) putchar('\n');
 }
 
+/* What is measured when no file is named: the scene that comes with the program, seen from its
+ * source folder, and outside scenes where there are some. */
+static void add_default_files(struct json_out *j)
+{
+    static const char *const outside[] = {"official/sphere-caustic/scene.xml",
+                                          "official/veach-ajar/scene.xml",
+                                          "bitterli/cornell-box/scene.xml"};
+    const char *folder = getenv("LUMENAUT_SCENES");
+    char path[4096];
+    if (access("scenes/demo/scene.xml", R_OK) == 0) jo_string(j, NULL, "scenes/demo/scene.xml");
+    for (size_t i = 0; i < COUNT_OF(outside); i++) {
+        snprintf(path, sizeof path, "%s/%s", folder ? folder : "../shared/scenes", outside[i]);
+        if (access(path, R_OK) == 0) jo_string(j, NULL, path);
+    }
+}
+
 /* The options of lmn_bench() as JSON; free() it. */
 static char *make_options(const struct bench_args *a, uint32_t first_file)
 {
@@ -120,7 +157,9 @@ static char *make_options(const struct bench_args *a, uint32_t first_file)
     jo_count(&j, "width", a->width);
     jo_count(&j, "depth", a->depth);
     jo_count(&j, "patches", a->patches);
-    jo_count(&j, "spp", a->spp);
+    if (a->spp) jo_count(&j, "spp", a->spp);
+    if (a->has_max_depth) jo_number(&j, "max_depth", a->max_depth);
+    if (a->has_rr_depth) jo_number(&j, "rr_depth", a->rr_depth);
     if (a->has_size) {
         jo_array(&j, "size");
         jo_count(&j, NULL, a->size[0]);
@@ -130,6 +169,7 @@ static char *make_options(const struct bench_args *a, uint32_t first_file)
     jo_array(&j, "files");
     for (uint32_t i = first_file; i < a->common.n_operands; i++)
         jo_string(&j, NULL, a->common.operands[i]);
+    if (first_file >= a->common.n_operands) add_default_files(&j);
     jo_end(&j);
     jo_end(&j);
     if (fclose(f) == 0) return text;
@@ -160,6 +200,8 @@ static int run(void *args)
         const char *json = NULL;
         if (wanted && strcmp(wanted, kinds[i]) != 0) continue;
         app_begin(&app, kinds[i], NULL, 1.0);
+        if (strcmp(kinds[i], "trace") == 0 || strcmp(kinds[i], "frame") == 0)
+            app_detail(&app, "%s: %s", kinds[i], options);
         const lmn_status status = lmn_bench(app.context, kinds[i], options, &json);
         if (status != LMN_OK) {
             code = app_failed(&app, status, BLAME_INPUT);

@@ -89,7 +89,8 @@ void help_command(FILE *f, const struct command *c)
     char *args = calloc(1, c->args_size);
     if (!args) return;
     if (c->init) c->init(args);
-    fprintf(f, "Usage: lumenaut %s [OPTION]... %s\n%s.\n", c->name, c->operands, c->summary);
+    fprintf(f, "Usage: lumenaut %s [OPTION]...%s%s\n%s.\n", c->name, c->operands[0] ? " " : "",
+            c->operands, c->summary);
     for (size_t g = 0; g < c->n_groups; g++) {
         fprintf(f, "\n%s:\n", c->groups[g].heading);
         for (size_t i = 0; i < c->groups[g].n; i++)

@@ -7,7 +7,7 @@
 
 const struct command *const commands[] = {
     &command_trace,  &command_train, &command_render, &command_eval, &command_compare,
-    &command_params, &command_plot,  &command_info,   NULL,
+    &command_params, &command_plot,  &command_bench,  &command_info, NULL,
 };
 
 static int show_version(void)

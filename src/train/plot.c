@@ -9,6 +9,7 @@
 #include "train/plot_data.h"
 
 /* All in pixels. Panels lie under each other and share the step axis. */
+enum { MAX_CURVES = 5 }; /* of a panel */
 enum {
     WIDTH = 960,
     LEFT = 150, /* room for the names of variables */
@@ -22,7 +23,7 @@ enum {
 
 /* Dark enough on white, and apart for the colour-blind (after Okabe and Ito 2008). */
 static const char blue[] = "#0072b2", orange[] = "#d55e00", green[] = "#009e73",
-                  purple[] = "#a64d85";
+                  purple[] = "#a64d85", grey[] = "#495057";
 
 /* ---- Numbers and text, independent of the locale ------------------------------------------- */
 
@@ -162,22 +163,42 @@ static struct axis value_axis(const struct series *const *curves, int n, bool is
     return (struct axis){low, high, bottom, top, is_log};
 }
 
-/* Grid lines and labels of a logarithmic axis: at 1, 2, 5 for short ranges, else at powers of ten.
- */
+static void add_grid_line(struct str *s, double y)
+{
+    add_line(s, LEFT, y, LEFT + PLOT_WIDTH, y, "grid");
+    begin_text(s, LEFT - 8, y + 4, "end", "tick");
+}
+
+static void add_linear_grid(struct str *s, const struct axis *a, int n_wanted)
+{
+    double step = nice_step(a->high - a->low, n_wanted);
+    int decimals = (int)fmin(fmax(ceil(-log10(step) - 1e-9), 0), 6);
+    double first = ceil(a->low / step);
+    for (int k = 0; k <= 4 * n_wanted && (first + k) * step <= a->high * (1 + 1e-9); k++) {
+        double v = (first + k) * step;
+        add_grid_line(s, place(a, v));
+        add_fixed(s, v, decimals);
+        str_add(s, "</text>\n");
+    }
+}
+
+/* Grid lines and labels of a logarithmic axis: at 1, 2, 5 when it spans few powers of ten, else at
+ * the powers alone. An axis that spans less is as good as linear. */
 static void add_log_grid(struct str *s, const struct axis *a)
 {
+    static const int mantissas[] = {1, 2, 5};
     double decades = log10(a->high / a->low);
+    if (decades < 0.8 && a->high < 1e4 && a->low > 1e-4) {
+        add_linear_grid(s, a, 5);
+        return;
+    }
     int every = decades > 8 ? (int)ceil(decades / 8) : 1;
     for (int e = (int)floor(log10(a->low)); e <= (int)ceil(log10(a->high)); e++) {
-        static const int mantissas[] = {1, 2, 5, 3, 7};
-        int n = decades < 0.7 ? 5 : decades < 2.5 ? 3 : 1;
         if (e % every != 0) continue;
-        for (int i = 0; i < n; i++) {
+        for (int i = 0; i < (decades < 2.5 ? 3 : 1); i++) {
             double v = mantissas[i] * pow(10, e);
             if (v < a->low || v > a->high) continue;
-            double y = place(a, v);
-            add_line(s, LEFT, y, LEFT + PLOT_WIDTH, y, "grid");
-            begin_text(s, LEFT - 8, y + 4, "end", "tick");
+            add_grid_line(s, place(a, v));
             if (e < -4 || e > 4)
                 str_add(s, "%d&#183;10<tspan dy=\"-4\" font-size=\"8\">%d</tspan>", mantissas[i],
                         e);
@@ -185,19 +206,6 @@ static void add_log_grid(struct str *s, const struct axis *a)
                 add_fixed(s, v, e < 0 ? -e : 0);
             str_add(s, "</text>\n");
         }
-    }
-}
-
-static void add_linear_grid(struct str *s, const struct axis *a, int n_wanted)
-{
-    double step = nice_step(a->high - a->low, n_wanted);
-    int decimals = step < 0.1 ? 2 : step < 1 ? 1 : 0;
-    for (double k = ceil(a->low / step); k * step <= a->high * (1 + 1e-9); k++) {
-        double y = place(a, k * step);
-        add_line(s, LEFT, y, LEFT + PLOT_WIDTH, y, "grid");
-        begin_text(s, LEFT - 8, y + 4, "end", "tick");
-        add_fixed(s, k * step, decimals);
-        str_add(s, "</text>\n");
     }
 }
 
@@ -240,7 +248,7 @@ static void add_step_axis(struct str *s, const struct axis *x, double top, doubl
 struct curve {
     const struct series *points;
     const char *name, *color;
-    bool is_faint; /* noise behind a clearer curve of the same colour: no legend of its own */
+    bool is_faint; /* noise behind a clearer curve of the same name, when that has points */
     bool has_marks;
 };
 
@@ -274,7 +282,7 @@ struct panel {
     const char *title;
     double height;
     bool is_log, is_share; /* is_share: from 0 to 1 */
-    struct curve curves[4];
+    struct curve curves[MAX_CURVES];
     int n_curves;
 };
 
@@ -283,13 +291,21 @@ static lmn_status add_panel(struct str *s, const struct panel *panel, const stru
                             const struct series *seconds, double *y, struct error *err)
 {
     lmn_status status = LMN_OK;
-    struct series thin[4] = {0};
-    const struct series *drawn[4];
+    struct series thin[MAX_CURVES] = {0};
+    const struct series *drawn[MAX_CURVES];
+    struct curve curves[MAX_CURVES];
     bool has_points = false;
     for (int c = 0; c < panel->n_curves; c++) {
-        TRY(series_thin(panel->curves[c].points, N_BINS, &thin[c], err));
-        drawn[c] = &thin[c];
+        curves[c] = panel->curves[c];
+        TRY(series_thin(curves[c].points, N_BINS, &thin[c], err));
+        drawn[c] = curves[c].points = &thin[c];
         has_points |= thin[c].n > 0;
+    }
+    for (int c = 0; c < panel->n_curves; c++) {
+        bool has_clearer = false;
+        for (int d = 0; d < panel->n_curves; d++)
+            has_clearer |= d != c && strcmp(curves[d].name, curves[c].name) == 0 && thin[d].n > 0;
+        curves[c].is_faint &= has_clearer;
     }
     if (!has_points) goto done;
 
@@ -300,7 +316,7 @@ static lmn_status add_panel(struct str *s, const struct panel *panel, const stru
     add_text(s, LEFT, *y + 12, "start", "title", panel->title);
     double legend = LEFT + PLOT_WIDTH;
     for (int c = panel->n_curves - 1; c >= 0; c--) {
-        const struct curve *curve = &panel->curves[c];
+        const struct curve *curve = &curves[c];
         if (curve->is_faint || thin[c].n == 0) continue;
         legend -= 7.2 * (double)strlen(curve->name); /* about as wide as fonts make it */
         add_text(s, legend, *y + 12, "start", "label", curve->name);
@@ -317,11 +333,7 @@ static lmn_status add_panel(struct str *s, const struct panel *panel, const stru
     else
         add_linear_grid(s, &value, 4);
     add_line(s, LEFT, bottom, LEFT + PLOT_WIDTH, bottom, "axis");
-    for (int c = 0; c < panel->n_curves; c++) {
-        struct curve curve = panel->curves[c];
-        curve.points = &thin[c];
-        add_curve(s, &curve, x, &value);
-    }
+    for (int c = 0; c < panel->n_curves; c++) add_curve(s, &curves[c], x, &value);
     *y = bottom + PANEL_GAP;
 done:
     for (int c = 0; c < panel->n_curves; c++) series_release(&thin[c]);
@@ -435,9 +447,10 @@ static lmn_status draw_run(struct str *s, const struct plot_run *run, double *y,
          false,
          {{&c[PLOT_LOSS_FRESH_BATCH], "fresh batches", blue, true, false},
           {&c[PLOT_LOSS_REPLAYED_BATCH], "replayed batches", orange, true, false},
+          {&c[PLOT_LOSS_ALL], "all batches", grey, true, false},
           {&c[PLOT_LOSS_FRESH], "fresh batches", blue, false, false},
           {&c[PLOT_LOSS_REPLAYED], "replayed batches", orange, false, false}},
-         4},
+         5},
         {"Exploration and reuse",
          120,
          false,
@@ -465,14 +478,14 @@ static lmn_status draw_run(struct str *s, const struct plot_run *run, double *y,
     return LMN_OK;
 }
 
-lmn_status plot_svg(const char *metrics_path, const char *svg_path, struct error *err)
+lmn_status plot_svg(const char *path, const char *svg_path, struct error *err)
 {
     lmn_status status = LMN_OK;
     struct plot_run run = {0};
     struct str body = {0}, head = {0};
     struct file_writer w = {0};
     double height = TOP;
-    TRY(plot_run_read(metrics_path, &run, err));
+    TRY(plot_run_read(path, &run, err));
     TRY(draw_run(&body, &run, &height, err));
     height -= PANEL_GAP - 34; /* the last panel's labels stay */
     str_add(&head,

@@ -10,10 +10,12 @@
  * dimension of the exploration where the chains were. Curves are thinned to medians of at most 1000
  * bins. svg_path "-" is standard output.
  *
- * metrics_path  what the trainer wrote, one JSON object per line. A last line without its end (a
- * run that was killed) is left out; where a resumed run repeats steps, the later lines count.
- * Anything else malformed is an error with file:line.
+ * path  what the trainer wrote, metrics.jsonl, one JSON object per line. A last line without its
+ * end (a run that was killed) is left out; where a resumed run repeats steps, the later lines
+ *       count. Anything else malformed is an error with file:line.
+ *       Or a model: then the metrics beside it are drawn, or else the history inside, which is
+ *       coarser and knows no times and no evaluated errors.
  */
-lmn_status plot_svg(const char *metrics_path, const char *svg_path, struct error *err);
+lmn_status plot_svg(const char *path, const char *svg_path, struct error *err);
 
 #endif

@@ -4,11 +4,13 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include <jansson.h>
 
 #include "base/file.h"
 #include "base/mem.h"
+#include "train/checkpoint.h"
 
 static const size_t max_file_size = (size_t)1 << 30;
 enum { MAX_NAMES = 4096 };
@@ -207,13 +209,12 @@ done:
     return status;
 }
 
-lmn_status plot_run_read(const char *path, struct plot_run *out, struct error *err)
+static lmn_status read_metrics(const char *path, struct plot_run *out, struct error *err)
 {
     lmn_status status = LMN_OK;
     char *text = NULL;
     size_t size = 0;
     json_t *line = NULL;
-    *out = (struct plot_run){.first_step = -1, .last_step = -1};
     TRY(file_read(path, max_file_size, &text, &size, err));
     struct place at = {path, 0};
     for (char *start = text, *end; start < text + size; start = end + 1) {
@@ -240,6 +241,92 @@ lmn_status plot_run_read(const char *path, struct plot_run *out, struct error *e
 done:
     json_decref(line);
     mem_free(text);
+    return status;
+}
+
+/* ---- Models ------------------------------------------------------------------------------- */
+
+static lmn_status copy_history(const struct history *h, struct plot_run *out, struct error *err)
+{
+    static const struct {
+        enum history_column column;
+        enum plot_curve curve;
+    } columns[] = {{HISTORY_LOSS, PLOT_LOSS_ALL},
+                   {HISTORY_LOSS_FRESH, PLOT_LOSS_FRESH},
+                   {HISTORY_LOSS_REPLAYED, PLOT_LOSS_REPLAYED},
+                   {HISTORY_REUSE_PROBABILITY, PLOT_REUSE},
+                   {HISTORY_ACCEPTANCE, PLOT_ACCEPTANCE}};
+    lmn_status status = LMN_OK;
+    for (uint32_t r = 0; r < h->n_rows; r++) {
+        const double *row = h->rows[r];
+        if (out->first_step < 0) out->first_step = row[HISTORY_STEP];
+        out->last_step = fmax(out->last_step, row[HISTORY_STEP]);
+        for (size_t i = 0; i < sizeof columns / sizeof *columns; i++)
+            TRY(add_point(&out->curves[columns[i].curve], row[HISTORY_STEP], row[columns[i].column],
+                          err));
+    }
+    for (uint32_t k = 0; k < h->n_snapshots; k++) {
+        double step = h->snapshot_steps[k];
+        if (out->first_step < 0) out->first_step = step;
+        out->last_step = fmax(out->last_step, step);
+        const float *u = h->snapshots + (size_t)k * h->n_chains * h->dim;
+        for (uint32_t i = 0; i < h->n_chains * h->dim; i++)
+            TRY(add_point(&out->chains[i % h->dim], step, (double)u[i], err));
+    }
+done:
+    return status;
+}
+
+lmn_status plot_run_from_history(const struct history *h, char *const *names, const char *title,
+                                 struct plot_run *out, struct error *err)
+{
+    *out = (struct plot_run){.first_step = -1, .last_step = -1};
+    out->names = mem_new(h->dim, sizeof *out->names);
+    out->chains = mem_new(h->dim, sizeof *out->chains);
+    out->title = mem_strdup(title);
+    if (!out->names || !out->chains || !out->title) return fail_memory(err, "a plot");
+    for (; out->n_names < h->dim; out->n_names++) {
+        char *name = mem_strdup(names[out->n_names]);
+        if (!name) return fail_memory(err, "a plot");
+        out->names[out->n_names] = name;
+    }
+    lmn_status status = copy_history(h, out, err);
+    if (status == LMN_OK && out->last_step < 0)
+        status = fail(err, LMN_ERR_PARSE, "%s: no training steps in this model", title);
+    return status;
+}
+
+static lmn_status read_history(const char *path, struct plot_run *out, struct error *err)
+{
+    struct history h = {0};
+    char **names = NULL;
+    lmn_status status = checkpoint_read_history(path, &h, &names, err);
+    if (status == LMN_OK) status = plot_run_from_history(&h, names, path, out, err);
+    mem_free(names);
+    history_release(&h);
+    return status;
+}
+
+/* safetensors: eight bytes of length, then a JSON object. Metrics start with the object itself. */
+static bool is_model(const char *path)
+{
+    char head[9] = {0};
+    FILE *f = fopen(path, "rb");
+    if (!f) return false;
+    size_t n = fread(head, 1, sizeof head, f);
+    fclose(f);
+    return n == sizeof head && head[0] != '{' && head[7] == 0 && head[8] == '{';
+}
+
+lmn_status plot_run_read(const char *path, struct plot_run *out, struct error *err)
+{
+    *out = (struct plot_run){.first_step = -1, .last_step = -1};
+    if (!is_model(path)) return read_metrics(path, out, err);
+    char *beside = metrics_path(path);
+    if (!beside) return fail_memory(err, path);
+    lmn_status status = access(beside, F_OK) == 0 ? read_metrics(beside, out, err)
+                                                  : read_history(path, out, err);
+    mem_free(beside);
     return status;
 }
 

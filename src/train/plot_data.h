@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "base/error.h"
+#include "train/history.h"
 
 /* Points of a curve, x rising. */
 struct series {
@@ -17,6 +18,7 @@ struct series {
 enum plot_curve {
     PLOT_LOSS_FRESH_BATCH, /* the batch's own loss, when it was traced */
     PLOT_LOSS_REPLAYED_BATCH,
+    PLOT_LOSS_ALL,   /* of batches of both kinds, when they are not told apart */
     PLOT_LOSS_FRESH, /* running averages */
     PLOT_LOSS_REPLAYED,
     PLOT_ACCEPTANCE,
@@ -38,8 +40,11 @@ struct plot_run {
     double first_step, last_step;
 };
 
-/* Reads metrics.jsonl; see plot.h for what is tolerated. *out must be released in any case. */
+/* Reads metrics.jsonl or a model; see plot.h. *out must be released in any case. */
 lmn_status plot_run_read(const char *path, struct plot_run *out, struct error *err);
+/* What a model remembers of its training; names [h->dim]. *out must be released in any case. */
+lmn_status plot_run_from_history(const struct history *h, char *const *names, const char *title,
+                                 struct plot_run *out, struct error *err);
 void plot_run_release(struct plot_run *run);
 
 /* Appends a point; false when memory is short. */

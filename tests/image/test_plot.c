@@ -139,6 +139,37 @@ static char *draw(const char *text, struct error *err)
     return out;
 }
 
+static void test_history(void **state)
+{
+    (void)state;
+    struct history h;
+    struct plot_run run;
+    char *names[] = {"door", "patch.x", "patch.y"};
+    struct error err = {0};
+    assert_int_equal(history_init(&h, 2, 3, &err), LMN_OK);
+    assert_int_equal(plot_run_from_history(&h, names, "m.lmn", &run, &err), LMN_ERR_PARSE);
+    assert_string_equal(err.text, "m.lmn: no training steps in this model");
+    plot_run_release(&run);
+    for (int i = 1; i <= 5000; i++) {
+        double row[HISTORY_COLUMNS] = {[HISTORY_STEP] = i,
+                                       [HISTORY_LOSS] = 0.5,
+                                       [HISTORY_LOSS_REPLAYED] = NAN,
+                                       [HISTORY_ACCEPTANCE] = 0.25};
+        history_add(&h, row);
+        history_add_chains(&h, (uint64_t)i - 1, (uint64_t)i,
+                           (const float[]){0, 0.5f, 1, 0.1f, 0.6f, 0.9f});
+    }
+    assert_int_equal(plot_run_from_history(&h, names, "m.lmn", &run, &err), LMN_OK);
+    assert_true(run.n_names == 3 && strcmp(run.names[2], "patch.y") == 0);
+    assert_true(run.first_step >= 1 && run.last_step > 4900 && run.last_step <= 5000);
+    assert_true(run.curves[PLOT_LOSS_ALL].n > 1000 && run.curves[PLOT_LOSS_ALL].y[7] == 0.5);
+    assert_int_equal(run.curves[PLOT_LOSS_REPLAYED].n, 0);
+    assert_true(run.chains[1].n > 100 && run.chains[1].y[0] == 0.5);
+    assert_true(run.chains[1].y[1] == (double)0.6f && run.chains[2].y[0] == 1);
+    plot_run_release(&run);
+    history_release(&h);
+}
+
 /* Every tag that opens closes. */
 static void check_tags(const char *svg)
 {
@@ -238,7 +269,7 @@ int main(void)
         cmocka_unit_test(test_reads),    cmocka_unit_test(test_resumed),
         cmocka_unit_test(test_refusals), cmocka_unit_test(test_thinning),
         cmocka_unit_test(test_draws),    cmocka_unit_test(test_extremes),
-        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_memory),   cmocka_unit_test(test_history),
     };
     return cmocka_run_group_tests(tests, temp_setup, temp_teardown);
 }

@@ -133,15 +133,19 @@ struct layout {
     uint32_t n_letters;    /* that fit in a line */
 };
 
-/* How many of the text's letters go on the line that starts there: up to the last space that fits.
- */
+/* How many of the text's letters go on the line that starts there: up to a newline, or else up to
+ * the last gap that fits. Two spaces are a better gap than one, which may part a name from its
+ * value. */
 static size_t line_length(const char *text, size_t n_letters)
 {
-    size_t n = strlen(text);
+    size_t n = strcspn(text, "\n"), gap = 0;
     if (n <= n_letters) return n;
-    for (size_t i = n_letters; i > n_letters / 2; i--)
-        if (text[i] == ' ') return i;
-    return n_letters;
+    for (size_t i = n_letters; i > n_letters / 2; i--) {
+        if (text[i] != ' ') continue;
+        if (text[i - 1] == ' ' || text[i + 1] == ' ') return i;
+        if (gap == 0) gap = i;
+    }
+    return gap ? gap : n_letters;
 }
 
 /* Draws the caption when im is not NULL. Returns how many lines it takes. */

@@ -163,7 +163,8 @@ done:
 
 /* ---- The network against them -------------------------------------------------------------- */
 
-/* "MAPE 0.050  relMSE 0.012  FLIP 0.070  door 12.5 deg  ..."; NULL when memory is short. */
+/* "MAPE 0.050  relMSE 0.012  FLIP 0.070", then a line "door 12.5  ..."; NULL when memory is short.
+ */
 static char *caption(const struct scene *s, const lmn_metrics *m, const float *u)
 {
     struct str text = {0};
@@ -171,10 +172,11 @@ static char *caption(const struct scene *s, const lmn_metrics *m, const float *u
     for (uint32_t i = 0; i < s->n_variables; i++) {
         const struct variable *v = &s->variables[i];
         double value = variable_from_unit(v, u[i]);
+        const char *gap = i == 0 ? "\n" : "  ";
         if (v->n_choices > 0 && v->choices && value >= 0 && value < v->n_choices)
-            str_add(&text, "  %s %s", v->name, v->choices[(uint32_t)value]);
+            str_add(&text, "%s%s %s", gap, v->name, v->choices[(uint32_t)value]);
         else
-            str_add(&text, "  %s %.3g", v->name, value);
+            str_add(&text, "%s%s %.3g", gap, v->name, value);
     }
     return text.failed ? NULL : text.text;
 }

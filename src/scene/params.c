@@ -328,13 +328,16 @@ void target_list_release(struct target_list *list)
 
 /* ---- Looking up ----------------------------------------------------------------------------- */
 
-/* The first match wins, and what is no alias before any alias. */
-static const struct target *find_exactly(const struct target_list *list, const char *path)
+/* The target called path followed by suffix. The first match wins, and what is no alias before any
+ * alias. */
+static const struct target *find_exactly(const struct target_list *list, const char *path,
+                                         const char *suffix)
 {
     const struct target *alias = NULL;
+    const size_t n = strlen(path);
     for (size_t i = 0; i < list->n; i++) {
         const struct target *t = &list->items[i];
-        if (strcmp(t->path, path) != 0) continue;
+        if (strncmp(t->path, path, n) != 0 || strcmp(t->path + n, suffix) != 0) continue;
         if (!t->is_alias) return t;
         if (!alias) alias = t;
     }
@@ -344,13 +347,10 @@ static const struct target *find_exactly(const struct target_list *list, const c
 const struct target *target_find(const struct target_list *list, const char *path,
                                  enum param_type wanted)
 {
-    const struct target *t = find_exactly(list, path);
+    const struct target *t = find_exactly(list, path, "");
     if (t && t->type == wanted) return t;
     if (t && t->type != PARAM_TEXTURE) return t;
-    struct str longer = {0};
-    str_add(&longer, "%s.value", path);
-    const struct target *value = longer.failed ? NULL : find_exactly(list, longer.text);
-    str_release(&longer);
+    const struct target *value = find_exactly(list, path, ".value");
     return value ? value : t;
 }
 

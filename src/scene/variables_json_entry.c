@@ -126,9 +126,11 @@ lmn_status entry_find_target(struct entry *e, const char *text, enum param_type 
     for (size_t i = 0; i < n_suffixes && (!t || t->type != wanted); i++) {
         struct str longer = {0};
         str_add(&longer, "%s%s", text, suffixes[i]);
-        t = longer.failed ? NULL : target_find(list, longer.text, wanted);
+        const bool failed = longer.failed;
+        t = failed ? NULL : target_find(list, longer.text, wanted);
         if (t && !other) other = t;
         str_release(&longer);
+        if (failed) return entry_no_memory(e);
     }
     if (t && t->type == wanted) {
         *out = t;

@@ -215,6 +215,7 @@ lmn_status lmn_bench(lmn_context *context, const char *what, const char *options
                  {"trace", bench_trace},
                  {"train", bench_train},
                  {"frame", bench_frame}};
+    enum { N_KINDS = sizeof kinds / sizeof kinds[0] };
     lmn_status status = LMN_OK;
     struct error *err = context_begin(context);
     struct bench_options o;
@@ -234,9 +235,12 @@ lmn_status lmn_bench(lmn_context *context, const char *what, const char *options
     json_put_string(&j, "cpu", cpu_name(context->cpu));
     json_put_integer(&j, "threads", pool_n_workers(context->pool));
     json_put_integer(&j, "runs", o.runs);
-    status = fail(err, LMN_ERR_ARGUMENT, "bench \"%s\": kernels, trace, train or frame", what);
-    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++)
-        if (strcmp(kinds[i].name, what) == 0) status = kinds[i].run(context, &o, &j, err);
+    size_t kind = 0;
+    while (kind < N_KINDS && strcmp(kinds[kind].name, what) != 0) kind++;
+    if (kind == N_KINDS)
+        status = fail(err, LMN_ERR_ARGUMENT, "bench \"%s\": kernels, trace, train or frame", what);
+    else
+        status = kinds[kind].run(context, &o, &j, err);
     if (status != LMN_OK) goto done;
     json_end(&j);
     if (context->json.failed)

@@ -7,6 +7,7 @@
 #include "base/file.h"
 #include "base/str.h"
 #include "train/plot_data.h"
+#include "train/svg.h"
 
 /* All in pixels. Panels lie under each other and share the step axis. */
 enum { MAX_CURVES = 5 }; /* of a panel */
@@ -24,98 +25,6 @@ enum {
 /* Dark enough on white, and apart for the colour-blind (after Okabe and Ito 2008). */
 static const char blue[] = "#0072b2", orange[] = "#d55e00", green[] = "#009e73",
                   purple[] = "#a64d85", grey[] = "#495057";
-
-/* ---- Numbers and text, independent of the locale ------------------------------------------- */
-
-static void add_fixed(struct str *s, double v, int decimals)
-{
-    long long scale = 1, n;
-    for (int i = 0; i < decimals; i++) scale *= 10;
-    n = llround(fmin(fabs(v), 1e12) * (double)scale);
-    str_add(s, "%s%lld", v < 0 && n > 0 ? "-" : "", n / scale);
-    if (decimals > 0) str_add(s, ".%0*lld", decimals, n % scale);
-}
-
-/* A step of an axis that ends at `high`: 2500, 20k, 1.5M. */
-static void add_count(struct str *s, double v, double high)
-{
-    double unit = high >= 1e6 ? 1e6 : high >= 1e4 ? 1e3 : 1;
-    int decimals = 0;
-    v /= unit;
-    while (decimals < 3 && fabs(v * pow(10, decimals) - round(v * pow(10, decimals))) > 1e-6)
-        decimals++;
-    add_fixed(s, v, decimals);
-    if (v > 0 && unit > 1) str_add(s, unit == 1e6 ? "M" : "k");
-}
-
-/* 1.5 s, 12 s, 4.5 min, 23 h. */
-static void add_duration(struct str *s, double seconds)
-{
-    static const struct {
-        double size;
-        const char *name;
-    } units[] = {{3600, "h"}, {60, "min"}, {1, "s"}};
-    for (int i = 0; i < 3; i++) {
-        double v = seconds / units[i].size;
-        if (v < 1.5 && i < 2) continue;
-        add_fixed(s, v, v < 9.95 && v > 0 ? 1 : 0);
-        str_add(s, " %s", units[i].name);
-        return;
-    }
-}
-
-static void add_escaped(struct str *s, const char *text)
-{
-    for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
-        switch (*c) {
-        case '&':
-            str_add(s, "&amp;");
-            break;
-        case '<':
-            str_add(s, "&lt;");
-            break;
-        case '>':
-            str_add(s, "&gt;");
-            break;
-        case '"':
-            str_add(s, "&quot;");
-            break;
-        default:
-            if (*c >= 0x20) str_add_bytes(s, c, 1); /* XML knows no control characters */
-        }
-    }
-}
-
-/* anchor: "start", "middle" or "end"; css: the class. */
-static void begin_text(struct str *s, double x, double y, const char *anchor, const char *css)
-{
-    str_add(s, "<text class=\"%s\" text-anchor=\"%s\" x=\"", css, anchor);
-    add_fixed(s, x, 1);
-    str_add(s, "\" y=\"");
-    add_fixed(s, y, 1);
-    str_add(s, "\">");
-}
-
-static void add_text(struct str *s, double x, double y, const char *anchor, const char *css,
-                     const char *text)
-{
-    begin_text(s, x, y, anchor, css);
-    add_escaped(s, text);
-    str_add(s, "</text>\n");
-}
-
-static void add_line(struct str *s, double x0, double y0, double x1, double y1, const char *css)
-{
-    str_add(s, "<path class=\"%s\" d=\"M", css);
-    add_fixed(s, x0, 1);
-    str_add(s, " ");
-    add_fixed(s, y0, 1);
-    str_add(s, "L");
-    add_fixed(s, x1, 1);
-    str_add(s, " ");
-    add_fixed(s, y1, 1);
-    str_add(s, "\"/>\n");
-}
 
 /* ---- Axes --------------------------------------------------------------------------------- */
 
@@ -165,8 +74,8 @@ static struct axis value_axis(const struct series *const *curves, int n, bool is
 
 static void add_grid_line(struct str *s, double y)
 {
-    add_line(s, LEFT, y, LEFT + PLOT_WIDTH, y, "grid");
-    begin_text(s, LEFT - 8, y + 4, "end", "tick");
+    svg_add_line(s, LEFT, y, LEFT + PLOT_WIDTH, y, "grid");
+    svg_begin_text(s, LEFT - 8, y + 4, "end", "tick");
 }
 
 static void add_linear_grid(struct str *s, const struct axis *a, int n_wanted)
@@ -177,7 +86,7 @@ static void add_linear_grid(struct str *s, const struct axis *a, int n_wanted)
     for (int k = 0; k <= 4 * n_wanted && (first + k) * step <= a->high * (1 + 1e-9); k++) {
         double v = (first + k) * step;
         add_grid_line(s, place(a, v));
-        add_fixed(s, v, decimals);
+        svg_add_fixed(s, v, decimals);
         str_add(s, "</text>\n");
     }
 }
@@ -203,7 +112,7 @@ static void add_log_grid(struct str *s, const struct axis *a)
                 str_add(s, "%d&#183;10<tspan dy=\"-4\" font-size=\"8\">%d</tspan>", mantissas[i],
                         e);
             else
-                add_fixed(s, v, e < 0 ? -e : 0);
+                svg_add_fixed(s, v, e < 0 ? -e : 0);
             str_add(s, "</text>\n");
         }
     }
@@ -228,17 +137,17 @@ static void add_step_axis(struct str *s, const struct axis *x, double top, doubl
     double step = nice_step(x->high - x->low, 8);
     bool has_times = seconds && seconds->n > 0;
     if (step < 1) step = 1;
-    add_text(s, LEFT - 24, bottom + 16, "end", "tick", "step");
-    if (has_times) add_text(s, LEFT - 24, top - 6, "end", "tick", "time");
+    svg_add_text(s, LEFT - 24, bottom + 16, "end", "tick", "step");
+    if (has_times) svg_add_text(s, LEFT - 24, top - 6, "end", "tick", "time");
     for (double k = ceil(x->low / step); k * step <= x->high * (1 + 1e-9); k++) {
         double at = place(x, k * step);
-        add_line(s, at, top, at, bottom, "grid");
-        begin_text(s, at, bottom + 16, "middle", "tick");
-        add_count(s, k * step, x->high);
+        svg_add_line(s, at, top, at, bottom, "grid");
+        svg_begin_text(s, at, bottom + 16, "middle", "tick");
+        svg_add_count(s, k * step, x->high);
         str_add(s, "</text>\n");
         if (!has_times) continue;
-        begin_text(s, at, top - 6, "middle", "tick");
-        add_duration(s, seconds_at(seconds, k * step));
+        svg_begin_text(s, at, top - 6, "middle", "tick");
+        svg_add_duration(s, seconds_at(seconds, k * step));
         str_add(s, "</text>\n");
     }
 }
@@ -262,18 +171,18 @@ static void add_curve(struct str *s, const struct curve *c, const struct axis *x
         if (y->is_log && !(c->points->y[i] > 0)) continue;
         str_add(s, "%s", is_first ? "M" : "L");
         is_first = false;
-        add_fixed(s, place(x, c->points->x[i]), 1);
+        svg_add_fixed(s, place(x, c->points->x[i]), 1);
         str_add(s, " ");
-        add_fixed(s, place(y, c->points->y[i]), 1);
+        svg_add_fixed(s, place(y, c->points->y[i]), 1);
     }
     str_add(s, "\"/>\n");
     if (!c->has_marks && c->points->n > 1) return;
     for (size_t i = 0; i < c->points->n; i++) { /* few points, or one that no line shows */
         if (y->is_log && !(c->points->y[i] > 0)) continue;
         str_add(s, "<circle r=\"2.6\" fill=\"%s\" cx=\"", c->color);
-        add_fixed(s, place(x, c->points->x[i]), 1);
+        svg_add_fixed(s, place(x, c->points->x[i]), 1);
         str_add(s, "\" cy=\"");
-        add_fixed(s, place(y, c->points->y[i]), 1);
+        svg_add_fixed(s, place(y, c->points->y[i]), 1);
         str_add(s, "\"/>\n");
     }
 }
@@ -313,17 +222,17 @@ static lmn_status add_panel(struct str *s, const struct panel *panel, const stru
     struct axis value = panel->is_share
                             ? (struct axis){0, 1, bottom, top, false}
                             : value_axis(drawn, panel->n_curves, panel->is_log, top, bottom);
-    add_text(s, LEFT, *y + 12, "start", "title", panel->title);
+    svg_add_text(s, LEFT, *y + 12, "start", "title", panel->title);
     double legend = LEFT + PLOT_WIDTH;
     for (int c = panel->n_curves - 1; c >= 0; c--) {
         const struct curve *curve = &curves[c];
         if (curve->is_faint || thin[c].n == 0) continue;
         legend -= 7.2 * (double)strlen(curve->name); /* about as wide as fonts make it */
-        add_text(s, legend, *y + 12, "start", "label", curve->name);
+        svg_add_text(s, legend, *y + 12, "start", "label", curve->name);
         str_add(s, "<path stroke=\"%s\" stroke-width=\"3\" d=\"M", curve->color);
-        add_fixed(s, legend - 24, 1);
+        svg_add_fixed(s, legend - 24, 1);
         str_add(s, " ");
-        add_fixed(s, *y + 8, 1);
+        svg_add_fixed(s, *y + 8, 1);
         str_add(s, "h18\"/>\n");
         legend -= 42;
     }
@@ -332,7 +241,7 @@ static lmn_status add_panel(struct str *s, const struct panel *panel, const stru
         add_log_grid(s, &value);
     else
         add_linear_grid(s, &value, 4);
-    add_line(s, LEFT, bottom, LEFT + PLOT_WIDTH, bottom, "axis");
+    svg_add_line(s, LEFT, bottom, LEFT + PLOT_WIDTH, bottom, "axis");
     for (int c = 0; c < panel->n_curves; c++) add_curve(s, &curves[c], x, &value);
     *y = bottom + PANEL_GAP;
 done:
@@ -347,7 +256,7 @@ static void add_name(struct str *s, double x, double y, const char *name)
     size_t n = strlen(name);
     char text[MAX_LETTERS + 1];
     if (n <= MAX_LETTERS) {
-        add_text(s, x, y, "end", "label", name);
+        svg_add_text(s, x, y, "end", "label", name);
         return;
     }
     memcpy(text, name, MAX_LETTERS - TAIL - 2);
@@ -355,7 +264,7 @@ static void add_name(struct str *s, double x, double y, const char *name)
     memcpy(text + MAX_LETTERS - TAIL, name + n - TAIL, TAIL + 1);
     for (char *c = text; *c; c++)
         if ((unsigned char)*c >= 0x80) *c = '?'; /* cut letters would be no UTF-8 */
-    add_text(s, x, y, "end", "label", text);
+    svg_add_text(s, x, y, "end", "label", text);
 }
 
 /* The dots of one strip, between the pixels y0 and y1. */
@@ -374,9 +283,9 @@ static void add_dots(struct str *s, const struct series *c, const struct axis *x
     for (size_t i = 0; i < c->n; i++) {
         if (i / n_same % every != 0) continue;
         str_add(s, "M");
-        add_fixed(s, place(x, c->x[i]), 1);
+        svg_add_fixed(s, place(x, c->x[i]), 1);
         str_add(s, " ");
-        add_fixed(s, place(&value, c->y[i]), 1);
+        svg_add_fixed(s, place(&value, c->y[i]), 1);
         str_add(s, "h0");
     }
     str_add(s, "\"/>\n");
@@ -388,17 +297,17 @@ static void add_strips(struct str *s, const struct plot_run *run, const struct a
     size_t n_points = 0;
     for (size_t d = 0; d < run->n_names; d++) n_points += run->chains[d].n;
     if (n_points == 0) return;
-    add_text(s, LEFT, *y + 12, "start", "title", "Where the chains are");
-    add_text(s, LEFT + PLOT_WIDTH, *y + 12, "end", "label",
-             "each variable's range, low to high; a dot is a chain");
+    svg_add_text(s, LEFT, *y + 12, "start", "title", "Where the chains are");
+    svg_add_text(s, LEFT + PLOT_WIDTH, *y + 12, "end", "label",
+                 "each variable's range, low to high; a dot is a chain");
     double height = fmin(30, fmax(14, 480 / (double)run->n_names)), top = *y + 24;
     double step = height + 4, bottom = top + (double)run->n_names * step - 4;
     for (size_t d = 0; d < run->n_names; d++) {
         double y0 = top + (double)d * step;
         str_add(s, "<rect fill=\"#f1f3f5\" x=\"%d\" width=\"%d\" y=\"", LEFT, PLOT_WIDTH);
-        add_fixed(s, y0, 1);
+        svg_add_fixed(s, y0, 1);
         str_add(s, "\" height=\"");
-        add_fixed(s, height, 1);
+        svg_add_fixed(s, height, 1);
         str_add(s, "\"/>\n");
         add_name(s, LEFT - 8, y0 + height / 2 + 4, run->names[d]);
     }
@@ -418,12 +327,12 @@ static void add_summary(struct str *s, const struct plot_run *run)
         enum plot_curve curve;
         const char *name;
     } errors[] = {{PLOT_MAPE, "MAPE"}, {PLOT_FLIP, "FLIP"}, {PLOT_DSSIM, "DSSIM"}};
-    begin_text(s, LEFT, 48, "start", "label");
-    add_fixed(s, run->last_step, 0);
+    svg_begin_text(s, LEFT, 48, "start", "label");
+    svg_add_fixed(s, run->last_step, 0);
     str_add(s, run->last_step == 1 ? " step" : " steps");
     if (seconds->n) {
         str_add(s, " in ");
-        add_duration(s, seconds->y[seconds->n - 1]);
+        svg_add_duration(s, seconds->y[seconds->n - 1]);
         str_add(s, " of processor time per thread");
     }
     const char *separator = "; at the end: ";
@@ -431,7 +340,7 @@ static void add_summary(struct str *s, const struct plot_run *run)
         const struct series *c = &run->curves[errors[i].curve];
         if (c->n == 0) continue;
         str_add(s, "%s%s ", separator, errors[i].name);
-        add_fixed(s, fmin(c->y[c->n - 1], 1e6), 4);
+        svg_add_fixed(s, fmin(c->y[c->n - 1], 1e6), 4);
         separator = ", ";
     }
     str_add(s, "</text>\n");
@@ -497,7 +406,7 @@ lmn_status plot_svg(const char *path, const char *svg_path, struct error *err)
             ".grid{stroke:#e3e6e8;fill:none}.axis{stroke:#868e96;fill:none}</style>\n"
             "<rect width=\"100%%\" height=\"100%%\" rx=\"8\" fill=\"#ffffff\"/>\n",
             WIDTH, (int)height, WIDTH, (int)height);
-    add_text(&head, LEFT, 28, "start", "head", run.title ? run.title : "Training run");
+    svg_add_text(&head, LEFT, 28, "start", "head", run.title ? run.title : "Training run");
     add_summary(&head, &run);
     if (head.failed || body.failed) {
         status = fail_memory(err, "a plot");

@@ -308,6 +308,29 @@ static void test_saving(void **state)
     image_release(&im);
 }
 
+static void test_standard_output(void **state)
+{
+    (void)state;
+    struct image im = picture(5, 4, 3), back;
+    static const char *const formats[] = {"exr", "png", "pfm"};
+    for (int i = 0; i < 3; i++) {
+        const char *path = temp_path("out");
+        fflush(stdout);
+        int kept = dup(STDOUT_FILENO);
+        assert_non_null(freopen(path, "wb", stdout));
+        lmn_status status = image_save(&im, "-", formats[i], 1, &err);
+        fflush(stdout);
+        dup2(kept, STDOUT_FILENO);
+        close(kept);
+        OK(status);
+        OK(image_load(path, &back, &err));
+        check_near(&im, &back, 0.005f);
+        image_release(&back);
+        unlink(path);
+    }
+    image_release(&im);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -320,6 +343,7 @@ int main(void)
         cmocka_unit_test(test_pfm),
         cmocka_unit_test(test_attributes),
         cmocka_unit_test(test_saving),
+        cmocka_unit_test(test_standard_output),
     };
     return cmocka_run_group_tests(tests, temp_setup, temp_teardown);
 }

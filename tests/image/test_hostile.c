@@ -160,11 +160,11 @@ static void test_lies(void **state)
     CHECK_TEXT("a.pfm", "PF\n10000 10000\n-1\n", "is too short for 10000x10000 pixels");
     CHECK_TEXT("a.pfm", "PF\n2 2\n-1\n01234567", "file ends after 8 of 48 bytes of pixels");
     CHECK_TEXT("a.pfm", "Pf 333333333333333333333333333333333333333333 1 1\n", "malformed");
-    /* a PNG of 2^31 - 1 by 20000 pixels, with a right checksum */
-    CHECK_TEXT(
-        "a.png",
-        "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\x7f\xff\xff\xff\0\0\x4e\x20\x08\x02\0\0\0\x8e\xb0\x1d\xb5",
-        "a.png: ");
+    /* a PNG of 2^31 - 1 by 20000 pixels, with a right checksum and the start of some data */
+    CHECK_TEXT("a.png",
+               "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\x7f\xff\xff\xff\0\0\x4e\x20\x08\x02\0\0\0"
+               "\xf7\x90\x7c\x3d\0\0\0\x09IDAT",
+               "a.png: image of 2147483647x20000 pixels; a side can have 32768 at most");
     CHECK_TEXT("a.jpg", "\xff\xd8\xff\xe0\0\x04xx", "a.jpg: JPEG: ");
     CHECK_TEXT("a.exr", "\x76\x2f\x31\x01\x02\0\0\0", "a.exr: OpenEXR: ");
 

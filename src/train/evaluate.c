@@ -24,12 +24,6 @@ enum { STREAM_REFERENCE = 0x72656665 };
 
 /* ---- The set ------------------------------------------------------------------------------- */
 
-void test_set_draw(uint64_t seed, uint64_t index, uint32_t n_variables, float *u)
-{
-    const struct scene s = {.n_variables = n_variables}; /* all that a uniform draw looks at */
-    scene_random_units(&s, seed, index, u);
-}
-
 lmn_status test_set_init(struct test_set *set, const struct scene *s,
                          const lmn_eval_options *options, const struct trace_settings *trace,
                          struct error *err)

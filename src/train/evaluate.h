@@ -5,8 +5,9 @@
 #include "train/painter.h"
 
 /*
- * The fixed test set: n configurations drawn uniformly, keyed by (seed, index), so that a larger n
- * only adds; their path-traced references; and the network's error on them.
+ * The fixed test set: n configurations drawn uniformly by scene_random_units(), keyed by (seed,
+ * index), so that a larger n only adds; their path-traced references; and the network's error on
+ * them.
  */
 struct test_set {
     lmn_eval_options options;    /* with the defaults filled in */
@@ -24,9 +25,6 @@ lmn_status test_set_init(struct test_set *set, const struct scene *s,
                          const lmn_eval_options *options, const struct trace_settings *trace,
                          struct error *err);
 void test_set_release(struct test_set *set);
-
-/* The index-th uniform configuration of a seed (lmn_scene_random_values() in u). */
-void test_set_draw(uint64_t seed, uint64_t index, uint32_t n_variables, float *u);
 
 /*
  * Traces the references that are missing. The noise floor is the error of one half of the samples

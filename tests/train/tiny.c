@@ -57,7 +57,7 @@ static const char variables_json[] =
     "   \"range\": [0.1, 0.5], \"default\": 0.3},\n"
     "  {\"name\": \"ball\", \"kind\": \"translate\", \"targets\": \"ball\",\n"
     "   \"direction\": [1, 0, 0], \"range\": [-0.7, 0.7], \"default\": 0},\n"
-    "  {\"name\": \"lamp\", \"kind\": \"visible\", \"targets\": \"ball\", \"default\": true}\n"
+    "  {\"name\": \"shown\", \"kind\": \"visible\", \"targets\": \"ball\", \"default\": true}\n"
     "]}\n";
 
 static void need(lmn_status status, const struct error *err)

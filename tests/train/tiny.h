@@ -6,9 +6,8 @@
 #include "train/trainer.h"
 
 /*
- * A room with a ball under a lamp, three variables (colour of the walls is one number, the ball
- * moves, the floor is one of two materials), written to a folder of its own and loaded; and options
- * that train it in no time.
+ * A room with a ball under a lamp and three variables (the ball's roughness and place, and whether
+ * it is there), written to a folder of its own and loaded; and options that train it in no time.
  */
 struct tiny {
     char folder[64];

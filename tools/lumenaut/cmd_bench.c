@@ -2,6 +2,7 @@
 /* lumenaut bench: what this machine does. */
 #include "cli_options.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -13,6 +14,7 @@ struct bench_args {
     uint32_t spp;
     int32_t max_depth, rr_depth;
     uint32_t has_max_depth, has_rr_depth;
+    const char *peers;
     uint32_t json;
 };
 
@@ -78,6 +80,13 @@ static const struct arg_option bench_options[] = {
      .max = 1 << 20,
      .offset = offsetof(struct bench_args, rr_depth),
      .given = offsetof(struct bench_args, has_rr_depth)},
+    {.name = "peers",
+     .type = ARG_FILE,
+     .argument = "PYTHON",
+     .help = "measure PyTorch (train) or Mitsuba 3 (trace) beside it, by turns, with this Python; "
+             "from the source folder",
+     .fallback = "none",
+     .offset = offsetof(struct bench_args, peers)},
     {.name = "json",
      .type = ARG_FLAG,
      .help = "print one JSON document on stdout",
@@ -177,6 +186,22 @@ static char *make_options(const struct bench_args *a, uint32_t first_file)
     return NULL;
 }
 
+/* The comparison itself is a script beside the peers' own; this process becomes it. */
+static int run_peers(const struct bench_args *a, const char *wanted)
+{
+    char runs[16], script[64];
+    if (!wanted || (strcmp(wanted, "train") != 0 && strcmp(wanted, "trace") != 0))
+        return usage_error("--peers: for bench train and bench trace");
+    snprintf(script, sizeof script, "scripts/peers/bench_%s.py", wanted);
+    snprintf(runs, sizeof runs, "%u", a->runs);
+    if (access(script, R_OK) != 0)
+        return usage_error("--peers: %s: %s (run it from the source folder)", script,
+                           strerror(errno));
+    execlp(a->peers, a->peers, script, "--runs", runs, a->json ? "--json" : (char *)NULL,
+           (char *)NULL);
+    return usage_error("--peers %s: %s (see make peers)", a->peers, strerror(errno));
+}
+
 static int run(void *args)
 {
     static const char *const kinds[] = {"kernels", "train", "trace", "frame"};
@@ -185,6 +210,7 @@ static int run(void *args)
     struct app app;
     char hint[128], *options = NULL;
     bool is_known = !wanted;
+    if (a->peers) return run_peers(a, wanted);
     int code = app_open(&app, &a->common);
     for (size_t i = 0; i < COUNT_OF(kinds); i++) is_known |= wanted && !strcmp(wanted, kinds[i]);
     if (code == EXIT_OK && !is_known) {

@@ -1,0 +1,124 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""bench_report.py FOLDER OUT.md: a page with what `make bench` measured, from its JSON documents.
+
+FOLDER has kernels.json, train.json, trace.json, frame.json, and with peers peers-train.json and
+peers-trace.json; what is not there is left out.
+"""
+import datetime
+import json
+import os
+import pathlib
+import platform
+import subprocess
+import sys
+
+
+def load(folder, name):
+    path = folder / f"{name}.json"
+    if not path.exists() or path.stat().st_size == 0:
+        return None
+    return json.loads(path.read_text(encoding="utf-8"))
+
+
+def table(headings, rows):
+    lines = ["| " + " | ".join(headings) + " |",
+             "| " + " | ".join("---" if i == 0 else "---:" for i in range(len(headings))) + " |"]
+    return lines + ["| " + " | ".join(str(cell) for cell in row) + " |" for row in rows] + [""]
+
+
+def machine():
+    for line in pathlib.Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
+        if line.startswith("model name"):
+            return line.split(":", 1)[1].strip()
+    return platform.machine()
+
+
+def revision(root):
+    command = ["git", "-C", str(root), "describe", "--always", "--dirty"]
+    return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
+
+
+def scene_name(path):
+    return pathlib.Path(path).parent.name
+
+
+def ours(folder):
+    lines = []
+    kernels, train = load(folder, "kernels"), load(folder, "train")
+    trace, frame = load(folder, "trace"), load(folder, "frame")
+    if train:
+        lines += ["## Training step", "", f"`lumenaut bench train --runs {train['runs']}`", ""]
+        rows = [(r["width"], r["patches"], f"{r['step_s']:.3f}", f"{r['gflops']:.0f}",
+                 f"{r['peak_gflops']:.0f}", f"{100 * r['share_of_peak']:.0f} %")
+                for r in train["results"]]
+        lines += table(("width", "patches of 32x32", "s", "GFLOP/s", "fp32 peak GFLOP/s", "share"), rows)
+    if kernels:
+        lines += ["## Network", "", f"`lumenaut bench kernels --runs {kernels['runs']}`, width "
+                  f"{kernels['width']}, {kernels['kernels']} kernels", ""]
+        rows = [(r["name"], f"{r['seconds']:.3f}", f"{r['gflops']:.0f}",
+                 f"{100 * r['share_of_peak']:.0f} %") for r in kernels["results"]]
+        lines += table(("what", "s", "GFLOP/s", "share of peak"), rows)
+    if trace:
+        lines += ["## Path tracing", "", f"`lumenaut bench trace --runs {trace['runs']}`; change: from "
+                  "new values of all variables to being ready to trace", ""]
+        rows = [(scene_name(r["file"]), f"{r['size'][0]}x{r['size'][1]}", r["spp"], r["max_depth"],
+                 r["triangles"], f"{r['paths_per_s'] / 1e6:.2f}", f"{r['load_s']:.2f}",
+                 f"{r['build_s']:.2f}", f"{1e3 * r['change_s']:.3f}") for r in trace["results"]]
+        lines += table(("scene", "size", "spp", "depth", "triangles", "Mpaths/s", "load s", "build s",
+                        "change ms"), rows)
+    if frame:
+        lines += ["## A frame by the network", "", f"`lumenaut bench frame --runs {frame['runs']}`", ""]
+        rows = [(scene_name(r["file"]), f"{r['size'][0]}x{r['size'][1]}", r["width"], r["variables"],
+                 f"{r['frame_s']:.2f}", f"{r['buffers_s']:.2f}", f"{r['network_s']:.2f}")
+                for r in frame["results"]]
+        lines += table(("scene", "size", "width", "variables", "frame s", "buffers s", "network s"), rows)
+    return lines
+
+
+def against_peers(folder):
+    lines = []
+    train, trace = load(folder, "peers-train"), load(folder, "peers-trace")
+    if train:
+        lines += ["## Training step beside PyTorch", "", "`.venv/bin/python scripts/peers/bench_train.py "
+                  f"--runs {train['runs']}`, alternating, {train['threads']} threads", ""]
+        rows = [("lumenaut", f"{train['step_s']:.3f}", f"{train['gflops']:.0f}",
+                 f"{train['speedup']:.2f}"),
+                (train["peer"], f"{train['peer_step_s']:.3f}", f"{train['peer_gflops']:.0f}", "1")]
+        lines += table(("who", "s", "GFLOP/s", "times as fast"), rows)
+    if trace:
+        lines += ["## Path tracing beside Mitsuba 3", "", "`.venv/bin/python scripts/peers/bench_trace.py "
+                  f"--runs {trace[0]['runs']}`, alternating, Mpaths/s", ""]
+        rows = []
+        for r in trace:
+            rate = r["mpaths_per_s"]
+            rows.append((r["scene"], r["size"], r["spp"], r["max_depth"], f"{rate['lumenaut']:.2f}",
+                         f"{rate['scalar_rgb']:.2f}", f"{rate['llvm_ad_rgb']:.2f}",
+                         f"{rate['lumenaut'] / rate['scalar_rgb']:.2f}",
+                         f"{rate['lumenaut'] / rate['llvm_ad_rgb']:.2f}"))
+        lines += table(("scene", "side", "spp", "depth", "lumenaut", "scalar_rgb", "llvm_ad_rgb",
+                        "/ scalar", "/ llvm"), rows)
+    return lines
+
+
+def main():
+    folder, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+    body = ours(folder) + against_peers(folder)
+    if not body:
+        print(f"bench_report: nothing in {folder}", file=sys.stderr)
+        return 1
+    cpus = len(os.sched_getaffinity(0))
+    load_average = os.getloadavg()[1]
+    head = ["# Measurements", "", f"Written by `make bench` on {datetime.date.today().isoformat()}, "
+            f"revision {revision(out.resolve().parents[1])}, from the JSON of each command: {machine()}, "
+            f"{cpus} CPUs, {platform.system()} {platform.release().split('-')[0]}. Figures are medians. "
+            f"Load average of the last five minutes: {load_average:.1f}"
+            f"{' (others were at work: read times as upper bounds)' if load_average > cpus + 1 else ''}.",
+            ""]
+    out.write_text("\n".join(head + body).rstrip() + "\n", encoding="utf-8")
+    print(out)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

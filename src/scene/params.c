@@ -328,16 +328,22 @@ void target_list_release(struct target_list *list)
 
 /* ---- Looking up ----------------------------------------------------------------------------- */
 
-/* The target called path followed by suffix. The first match wins, and what is no alias before any
- * alias. */
-static const struct target *find_exactly(const struct target_list *list, const char *path,
-                                         const char *suffix)
+/* `path` is `head`, `middle` and `tail` one after the other. */
+static bool is_joined(const char *path, const char *head, const char *middle, const char *tail)
+{
+    size_t n = strlen(head), m = strlen(middle);
+    return strncmp(path, head, n) == 0 && strncmp(path + n, middle, m) == 0 &&
+           strcmp(path + n + m, tail) == 0;
+}
+
+/* The first match wins, and what is no alias before any alias. */
+static const struct target *find_exactly(const struct target_list *list, const char *head,
+                                         const char *middle, const char *tail)
 {
     const struct target *alias = NULL;
-    const size_t n = strlen(path);
     for (size_t i = 0; i < list->n; i++) {
         const struct target *t = &list->items[i];
-        if (strncmp(t->path, path, n) != 0 || strcmp(t->path + n, suffix) != 0) continue;
+        if (!is_joined(t->path, head, middle, tail)) continue;
         if (!t->is_alias) return t;
         if (!alias) alias = t;
     }
@@ -345,12 +351,11 @@ static const struct target *find_exactly(const struct target_list *list, const c
 }
 
 const struct target *target_find(const struct target_list *list, const char *path,
-                                 enum param_type wanted)
+                                 const char *suffix, enum param_type wanted)
 {
-    const struct target *t = find_exactly(list, path, "");
-    if (t && t->type == wanted) return t;
-    if (t && t->type != PARAM_TEXTURE) return t;
-    const struct target *value = find_exactly(list, path, ".value");
+    const struct target *t = find_exactly(list, path, suffix, "");
+    if (t && (t->type == wanted || t->type != PARAM_TEXTURE)) return t;
+    const struct target *value = find_exactly(list, path, suffix, ".value");
     return value ? value : t;
 }
 

@@ -33,10 +33,10 @@ struct target_list {
 lmn_status target_list_init(struct target_list *list, const struct builder *b, struct error *err);
 void target_list_release(struct target_list *list);
 
-/* The target of that path; of type `wanted` when "path.value" has it and the path itself has not.
- * NULL when there is none. */
+/* The target of the path `path` + `suffix`; of type `wanted` when "path.value" has it and the path
+ * itself has not. NULL when there is none. */
 const struct target *target_find(const struct target_list *list, const char *path,
-                                 enum param_type wanted);
+                                 const char *suffix, enum param_type wanted);
 
 /* What paths call the object of that id: without "var_" (as the authors' scenes mark what varies)
  * unless something else has that name. A part of `id`. */

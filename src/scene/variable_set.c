@@ -64,10 +64,13 @@ static bool is_same_place(const struct target *a, const struct target *b)
            a->offset == b->offset;
 }
 
-/* Moves and conditions of several variables add up; all else has one writer. */
-static bool is_compatible(enum binding_kind a, enum binding_kind b)
+/* Moves and conditions of several variables add up, and a variable may be several steps of a move;
+ * all else has one writer. */
+static bool is_compatible(const struct write *a, const struct write *b)
 {
-    return a == b && (a == BINDING_TRANSFORM || a == BINDING_VISIBLE);
+    if (a->kind != b->kind || (a->kind != BINDING_TRANSFORM && a->kind != BINDING_VISIBLE))
+        return false;
+    return a->first != b->first || (a->kind == BINDING_TRANSFORM && a->step.kind != b->step.kind);
 }
 
 lmn_status variable_set_write(struct builder *b, const struct write *w, struct error *err)
@@ -75,8 +78,7 @@ lmn_status variable_set_write(struct builder *b, const struct write *w, struct e
     struct variable_set *set = b->variables;
     for (size_t i = 0; i < set->n_writes; i++) {
         const struct write *other = &set->writes[i];
-        if (!is_same_place(&other->target, &w->target) || is_compatible(other->kind, w->kind))
-            continue;
+        if (!is_same_place(&other->target, &w->target) || is_compatible(other, w)) continue;
         if (other->first == w->first)
             return fail_at(err, w->place, "\"%s\" is given twice", w->target.path);
         return fail_at(err, w->place, "\"%s\" is driven by the variable \"%s\" already",

@@ -85,7 +85,7 @@ static lmn_status read_choice_of_objects(struct entry *e)
     struct write w = {.kind = BINDING_CHOICE};
     const json_t *json = entry_get(e, "targets");
     const char *text = json_string_value(json_is_array(json) ? json_array_get(json, 0) : json);
-    const struct target *t = text ? target_find(&e->b->variables->targets, text, PARAM_TEXTURE)
+    const struct target *t = text ? target_find(&e->b->variables->targets, text, "", PARAM_TEXTURE)
                                   : NULL;
     bool is_texture = t && t->type == PARAM_TEXTURE;
     TRY(entry_read_targets(e, is_texture ? PARAM_TEXTURE : PARAM_BSDF, BSDF, 1));

@@ -121,16 +121,11 @@ lmn_status entry_find_target(struct entry *e, const char *text, enum param_type 
                              const struct target **out)
 {
     const struct target_list *list = &e->b->variables->targets;
-    const struct target *t = target_find(list, text, wanted);
+    const struct target *t = target_find(list, text, "", wanted);
     const struct target *other = t;
     for (size_t i = 0; i < n_suffixes && (!t || t->type != wanted); i++) {
-        struct str longer = {0};
-        str_add(&longer, "%s%s", text, suffixes[i]);
-        const bool failed = longer.failed;
-        t = failed ? NULL : target_find(list, longer.text, wanted);
+        t = target_find(list, text, suffixes[i], wanted);
         if (t && !other) other = t;
-        str_release(&longer);
-        if (failed) return entry_no_memory(e);
     }
     if (t && t->type == wanted) {
         *out = t;

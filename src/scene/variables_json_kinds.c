@@ -315,7 +315,7 @@ lmn_status entry_read_float(struct entry *e)
     double range[2], now[3], value;
     const json_t *json = entry_get(e, "targets");
     const char *text = json_string_value(json_is_array(json) ? json_array_get(json, 0) : json);
-    const struct target *t = text ? target_find(&e->b->variables->targets, text, PARAM_FLOAT)
+    const struct target *t = text ? target_find(&e->b->variables->targets, text, "", PARAM_FLOAT)
                                   : NULL;
     TRY(entry_read_targets(e, t && t->type == PARAM_RGB ? PARAM_RGB : PARAM_FLOAT, NULL, 0));
     json_reader_enter(e->r, "range", 0);

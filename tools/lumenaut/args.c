@@ -92,7 +92,7 @@ static bool parse_duration(const char *text, double *out)
         factor = *unit == 's' ? 1.0 : *unit == 'm' ? 60.0 : 3600.0;
         number[n - 1] = '\0';
     }
-    if (!parse_number(number, 0.0, 1e9, &x)) return false;
+    if (!parse_number(number, 0.0, 1e9, &x) || x == 0.0) return false;
     *out = x * factor;
     return true;
 }
@@ -108,7 +108,7 @@ static bool parse_interval(const char *text, struct arg_interval *out)
         number[n - 1] = '\0';
         return parse_whole(number, &out->steps) && out->steps > 0;
     }
-    return parse_duration(text, &out->seconds) && out->seconds > 0.0;
+    return parse_duration(text, &out->seconds);
 }
 
 /* n whole numbers between single separators. */

@@ -27,6 +27,7 @@ code 2 "$lumenaut" trace x.xml -o - --format png --json
 code 2 "$lumenaut" trace x.xml -o a.png --cpu-mask mmx
 code 2 "$lumenaut" train x.xml -o a.lmn --explore widely
 code 2 "$lumenaut" train x.xml -o a.lmn --time soon
+code 2 "$lumenaut" train x.xml -o a.lmn --time 0s
 code 2 "$lumenaut" train x.xml -o a.lmn --checkpoint-every 0i
 code 2 "$lumenaut" train x.xml -o a.lmn --target mope=0.1
 code 2 "$lumenaut" train x.xml -o -

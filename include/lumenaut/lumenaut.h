@@ -244,7 +244,7 @@ typedef struct lmn_train_options {
     uint32_t n_chains;           /* 16 */
     double large_step;           /* probability, 0.3 */
     double step_min, step_max;   /* Kelemen's s1 = 1/25, s2 = 1/20 */
-    uint32_t no_preconditioning; /* 1: plain gradient norm instead of the would-be Adam step */
+    uint32_t no_preconditioning; /* 1: position gets no layer of its own (Sec. 7.3) */
     /* sample reuse */
     uint32_t no_reuse;
     double reuse_bias;        /* beta of Eq. 5: 4.6 */

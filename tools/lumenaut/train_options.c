@@ -154,7 +154,7 @@ static const struct arg_option explore_options[] = {
      .offset = offsetof(lmn_train_options, step_max)},
     {.name = "no-preconditioning",
      .type = ARG_FLAG,
-     .help = "plain gradient norm in place of the step that Adam would make",
+     .help = "the ablation of Sec. 7.3: position has no layer of its own",
      .offset = offsetof(lmn_train_options, no_preconditioning)},
 };
 

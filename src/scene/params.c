@@ -437,14 +437,10 @@ void target_lower(const struct target *t, const struct builder *b, struct param 
 
 /* ---- Texts ---------------------------------------------------------------------------------- */
 
+/* Six digits: what is put through u and back differs from what was written in the seventh. */
 static void add_number(struct str *out, double value)
 {
-    char text[40];
-    for (int digits = 6; digits <= 9; digits++) {
-        snprintf(text, sizeof text, "%.*g", digits, value);
-        if ((float)strtod(text, NULL) == (float)value) break;
-    }
-    str_add(out, "%s%s", out->length ? " " : "", text);
+    str_add(out, "%s%g", out->length ? " " : "", value);
 }
 
 static void add_transform(struct str *out, const struct transform *t)

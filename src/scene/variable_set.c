@@ -76,6 +76,7 @@ static bool is_compatible(const struct write *a, const struct write *b)
 lmn_status variable_set_write(struct builder *b, const struct write *w, struct error *err)
 {
     struct variable_set *set = b->variables;
+    if (!w->target.path) return fail_memory(err, "the variables");
     for (size_t i = 0; i < set->n_writes; i++) {
         const struct write *other = &set->writes[i];
         if (!is_same_place(&other->target, &w->target) || is_compatible(other, w)) continue;

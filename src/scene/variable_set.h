@@ -50,15 +50,12 @@ double variable_default(double value, double min, double max);
 lmn_status variable_set_add(struct builder *b, struct place place, const struct variable *v,
                             uint32_t *index, struct error *err);
 
-/* Adds a write: makes shapes movable, and refuses what another variable writes already. */
+/* Adds a write: makes shapes movable, and refuses what another variable writes already. A target
+ * without a path says that there was no memory for one. */
 lmn_status variable_set_write(struct builder *b, const struct write *w, struct error *err);
 
 /* Sets the text of targets of `count` variables from the writes that they share. */
 lmn_status variable_set_name_targets(struct builder *b, uint32_t first, uint32_t count,
                                      struct error *err);
-
-/* The two readers. Both leave b->variables as it is when there is nothing to declare. */
-lmn_status variables_read_json(struct builder *b, const char *path, struct error *err);
-lmn_status variables_read_authors(struct builder *b, struct error *err);
 
 #endif

@@ -7,7 +7,9 @@
 
 #include "base/hash.h"
 #include "base/str.h"
+#include "scene/authors_variables.h"
 #include "scene/variable_set.h"
+#include "scene/variables_json.h"
 
 /* ---- Declaring ------------------------------------------------------------------------------ */
 

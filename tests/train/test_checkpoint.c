@@ -355,7 +355,11 @@ static void impossible_values_are_refused(void **state)
 static void crafted_headers_are_refused(void **state)
 {
     (void)state;
+    static const char two_at_one_place[] =
+        "{\"a\":{\"dtype\":\"F32\",\"shape\":[1],\"data_offsets\":[0,4]},"
+        "\"b\":{\"dtype\":\"F32\",\"shape\":[1],\"data_offsets\":[0,4]}}";
     static const char *const headers[] = {
+        two_at_one_place,
         "",
         "{",
         "[]",
@@ -363,8 +367,6 @@ static void crafted_headers_are_refused(void **state)
         "{}",
         "{\"__metadata__\":{}}",
         "{\"__metadata__\":{\"format\":\"pt\"}}",
-        "{\"a\":{\"dtype\":\"F32\",\"shape\":[1],\"data_offsets\":[0,4]},"
-        "\"b\":{\"dtype\":\"F32\",\"shape\":[1],\"data_offsets\":[0,4]}}",
         "{\"a\":{\"dtype\":\"F32\",\"shape\":[2],\"data_offsets\":[0,4]}}",
         "{\"a\":{\"dtype\":\"F32\",\"shape\":[4611686018427387904,4],\"data_offsets\":[0,0]}}",
         "{\"a\":{\"dtype\":\"F32\",\"shape\":[1],\"data_offsets\":[4,8]}}",

@@ -3,9 +3,9 @@
 """freeze.py SCENE.xml [-u 0.1,0.2,...] -o OUT.xml [--bbox x0,y0,z0,x1,y1,z1] [--list]
 
 Turns a variable scene (the format of the paper's authors, or a plain scene) at one configuration u
-into plain Mitsuba 3 XML: variables are given their values, instances are expanded into shapes
-(shape groups there cannot hold emitters), referenced emitters are put into their shapes, file names
-become absolute, what only the renderer of the time knew goes away. For tests only.
+into plain Mitsuba 3 XML: variables are given their values, instances of groups that hold emitters
+are expanded into shapes, referenced emitters are put into their shapes, file names become absolute,
+what only the renderer of the time knew goes away. For tests only.
 
 u holds one number in [0,1] per parameter, in the order of the document; 0.5 when not given. A
 camera's target lies in the middle third of the scene's bounding box, hence --bbox.
@@ -164,9 +164,23 @@ class Variable:
             alpha.set("value", repr(self.at(3, u["alpha"])))
 
 
+def read_with_includes(path):
+    """The document with included ones in place and absolute file names."""
+    root = ElementTree.parse(path).getroot()
+    folder = os.path.dirname(path)
+    for node in root.iter("string"):
+        if node.get("name") == "filename" and "$" not in node.get("value"):
+            node.set("value", os.path.abspath(os.path.join(folder, node.get("value"))))
+    for parent in list(root.iter()):
+        for i, node in reversed(list(enumerate(parent))):
+            if node.tag == "include":
+                parent[i:i + 1] = read_with_includes(os.path.join(folder, node.get("filename")))
+    return root
+
+
 def read(path, defines=None):
     """The document with $names replaced by their defaults or by `defines`."""
-    root = ElementTree.parse(path).getroot()
+    root = read_with_includes(path)
     values = {d.get("name"): d.get("value") for d in root.findall("default")}
     values.update(defines or {})
     for element in list(root.iter()):
@@ -203,9 +217,13 @@ def put_emitters_into_shapes(root):
 
 
 def expand_instances(root):
+    """Puts shapes in place of instances whose group holds an emitter, which Mitsuba 3 refuses."""
     groups = {g.get("id"): g for g in root.findall("shape") if g.get("type") == "shapegroup"}
+    lit = {name: group for name, group in groups.items() if group.find(".//emitter") is not None}
     for instance in [s for s in root.findall("shape") if s.get("type") == "instance"]:
-        group = groups[instance.find("ref").get("id")]
+        group = lit.get(instance.find("ref").get("id"))
+        if group is None:
+            continue
         placement = child(instance, "to_world")
         for shape in group.findall("shape"):
             copied = copy.deepcopy(shape)
@@ -214,7 +232,7 @@ def expand_instances(root):
                 to_world_of(copied).extend(copy.deepcopy(list(placement)))
             root.append(copied)
         root.remove(instance)
-    for group in groups.values():
+    for group in lit.values():
         root.remove(group)
 
 

@@ -19,7 +19,7 @@ import cases
 import render_mitsuba
 import tiles
 
-SIZE, SPP, SEEDS = 64, 512, 16
+SIZE, SPP, SEEDS = 64, 256, 16
 
 
 def rounded(values):

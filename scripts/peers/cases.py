@@ -41,7 +41,6 @@ OUTSIDE_CASES = [
 ]
 
 
-
 def own_cases():
     """The small scenes of this project, at their default configuration."""
     return [Case(path.stem, path, size=64) for path in sorted((ROOT / "scenes/tests").glob("*.xml"))]

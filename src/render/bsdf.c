@@ -95,7 +95,7 @@ void bsdf_point_init(struct bsdf_point *p, const struct material *materials, uin
                 if (b->child[1] != SCENE_NONE) child = b->child[1];
             }
         } else {
-            float opacity = texture_eval(textures, b->opacity, u, v).x;
+            float opacity = texture_eval_1(textures, b->opacity, u, v);
             p->opacity *= fminf(fmaxf(opacity, 0.0f), 1.0f);
         }
         m = &materials[child];
@@ -113,9 +113,9 @@ void bsdf_point_init(struct bsdf_point *p, const struct material *materials, uin
         return;
     case BSDF_ROUGH_CONDUCTOR:
     case BSDF_ROUGH_DIELECTRIC: {
-        float alpha_u = texture_eval(textures, b->alpha_u, u, v).x, alpha_v = alpha_u;
+        float alpha_u = texture_eval_1(textures, b->alpha_u, u, v), alpha_v = alpha_u;
         if (b->alpha_v != b->alpha_u && b->alpha_v != SCENE_NONE)
-            alpha_v = texture_eval(textures, b->alpha_v, u, v).x;
+            alpha_v = texture_eval_1(textures, b->alpha_v, u, v);
         p->facets = microfacet(b->distribution, alpha_u, alpha_v);
         break;
     }

@@ -27,6 +27,13 @@ static inline struct vec3 texture_eval(const struct texture_set *set, uint32_t i
     return t->kind == TEXTURE_CONSTANT ? t->value : texture_lookup(set, t, u, v);
 }
 
+/* A number: colour pictures count by their luminance, as Mitsuba reads them. */
+static inline float texture_eval_1(const struct texture_set *set, uint32_t index, float u, float v)
+{
+    const struct texture *t = &set->textures[index];
+    return t->kind == TEXTURE_CONSTANT ? t->value.x : vec3_luminance(texture_lookup(set, t, u, v));
+}
+
 /* The same for an optional texture: `otherwise` when there is none. */
 static inline struct vec3 texture_eval_or(const struct texture_set *set, uint32_t index, float u,
                                           float v, float otherwise)

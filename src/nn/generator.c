@@ -39,6 +39,7 @@ static lmn_status take_worker(struct generator *g, struct worker *w, struct erro
     TRY(take(g, g->n_tiles * panel_size, &w->q, err));
     TRY(take(g, g->n_tiles * g->n_kept * g->tile_size, &w->h, err));
     TRY(take(g, panel_size, &w->y, err));
+    TRY(take(g, g->kernels.scratch_count(g->tile_rows, g->config.width), &w->scratch, err));
     if (side == 0) goto done;
     TRY(take(g, n_features, &w->bias, err));
     TRY(take(g, 2 * g->tile_size, &w->dh, err));
@@ -127,8 +128,8 @@ void generator_free(struct generator *g)
     if (!g) return;
     for (uint32_t i = 0; g->workers && i < g->n_workers; i++) {
         struct worker *w = &g->workers[i];
-        float *blocks[] = {w->q,  w->h, w->y, w->bias, w->dh,  w->dy,
-                           w->dq, w->f, w->t, w->df,   w->loss};
+        float *blocks[] = {w->q,  w->h,  w->scratch, w->y, w->bias, w->dh,
+                           w->dy, w->dq, w->f,       w->t, w->df,   w->loss};
         for (size_t j = 0; j < sizeof blocks / sizeof *blocks; j++) mem_free(blocks[j]);
     }
     mem_free(g->workers);

@@ -21,6 +21,10 @@
  * lrelu has slope 0.01. v is constant over a patch, so Wk's columns for v fold into one bias per
  * patch: exact, in training too.
  *
+ * Products and sums are fp32. With AMX (CPU_AMX) products are of numbers split into two BF16 parts:
+ * about 16 bits of each, summed in fp32; gradients at width 512 then differ by 5e-6 of their norm.
+ * Leave the flag out for fp32 throughout.
+ *
  * All weights live in one block, layer after layer: W row-major [n_out][n_in] with columns in the
  * order above, then b [n_out]. That is the order of the checkpoint.
  */

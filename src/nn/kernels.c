@@ -12,13 +12,15 @@ void nn_kernels_init(struct nn_kernels *t, uint32_t cpu)
     *t = nn_kernels_avx2;
     if (!(cpu & CPU_AVX512)) return;
     *t = nn_kernels_avx512;
+    if (!(cpu & CPU_AMX)) return;
+    *t = nn_kernels_amx;
 }
 
-void nn_pack_forward(const struct nn_kernels *t, float *packed, const float *w, size_t ld,
-                     uint32_t n_out, uint32_t n_columns, uint32_t index)
+void nn_pack_forward(uint32_t panel, float *packed, const float *w, size_t ld, uint32_t n_out,
+                     uint32_t n_columns, uint32_t index)
 {
     enum { BLOCK = 16 }; /* columns of a cache line: each line of w is read once */
-    uint32_t panel = t->panel, first = index * panel;
+    uint32_t first = index * panel;
     uint32_t n_lanes = n_out - first < panel ? n_out - first : panel;
     if (n_lanes < panel) memset(packed, 0, (size_t)n_columns * panel * sizeof *packed);
     for (uint32_t k0 = 0; k0 < n_columns; k0 += BLOCK) {
@@ -30,10 +32,10 @@ void nn_pack_forward(const struct nn_kernels *t, float *packed, const float *w, 
     }
 }
 
-void nn_pack_backward(const struct nn_kernels *t, float *packed, const float *w, size_t ld,
-                      uint32_t n_out, uint32_t n_in, uint32_t index)
+void nn_pack_backward(uint32_t panel, float *packed, const float *w, size_t ld, uint32_t n_out,
+                      uint32_t n_in, uint32_t index)
 {
-    uint32_t panel = t->panel, first = index * panel;
+    uint32_t first = index * panel;
     uint32_t n_lanes = n_in - first < panel ? n_in - first : panel;
     for (uint32_t o = 0; o < n_out; o++, packed += panel) {
         memcpy(packed, w + o * ld + first, n_lanes * sizeof *packed);

@@ -46,5 +46,10 @@ const struct nn_kernels nn_kernels_avx2 = {
     .forward = forward,
     .backward = backward,
     .outer = outer,
+    .forward_count = forward_count,
+    .pack_forward = pack_forward,
+    .backward_count = backward_count,
+    .pack_backward = pack_backward,
+    .scratch_count = scratch_count,
     .peak = peak,
 };

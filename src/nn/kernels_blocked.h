@@ -133,20 +133,29 @@ static void backward(const struct nn_backward *a)
     }
 }
 
+/* What dy is multiplied with: x or q. */
+struct side {
+    const float *x;
+    float *dw;
+    size_t ld;
+    uint32_t n_in;
+    bool add;
+};
+
 /* n_block (ROWS or SHORT_ROWS) outputs x one panel of inputs, summed over the tile's rows. */
 INLINE void outer_block(const int n_block, const int n_vectors, const struct nn_outer *a,
-                        uint32_t o, uint32_t first)
+                        const struct side *s, uint32_t o, uint32_t first)
 {
     const float *dy = a->dy + o / PANEL * a->stride + o % PANEL;
-    const float *x = a->x + first / PANEL * a->stride;
-    float *dw = a->dw + o * a->ld + first;
-    uint32_t n_o = a->n_out - o, n = a->n_in - first;
+    const float *x = s->x + first / PANEL * a->stride;
+    float *dw = s->dw + o * s->ld + first;
+    uint32_t n_o = a->n_out - o, n = s->n_in - first;
     block sum;
     EACH_ROW
     {
         if (i >= n_block) continue;
         /* dw comes from far away: ask for it now, the sums take longer than the way. */
-        const char *line = (const char *)(dw + (size_t)i * a->ld);
+        const char *line = (const char *)(dw + (size_t)i * s->ld);
         EACH_VECTOR
         {
             _mm_prefetch(line + j * LANES * sizeof(float), _MM_HINT_T0);
@@ -171,46 +180,84 @@ INLINE void outer_block(const int n_block, const int n_vectors, const struct nn_
         EACH_ROW
         {
             if (i >= n_block || (uint32_t)i >= n_o) continue;
-            float *to = dw + (size_t)i * a->ld + j * LANES;
-            if (a->accumulate) sum[i][j] = vec_add(sum[i][j], vec_load_part(to, mask));
+            float *to = dw + (size_t)i * s->ld + j * LANES;
+            if (s->add) sum[i][j] = vec_add(sum[i][j], vec_load_part(to, mask));
             vec_store_part(to, mask, sum[i][j]);
         }
     }
 }
 
-INLINE void outer_panel(const int n_vectors, const struct nn_outer *a, uint32_t first)
+INLINE void outer_panel(const int n_vectors, const struct nn_outer *a, const struct side *s,
+                        uint32_t first)
 {
     for (uint32_t o = 0; o < a->n_out;) {
         if (PANEL - o % PANEL > SHORT_ROWS && a->n_out - o > SHORT_ROWS) {
-            outer_block(ROWS, n_vectors, a, o, first);
+            outer_block(ROWS, n_vectors, a, s, o, first);
             o += ROWS;
         } else {
-            outer_block(SHORT_ROWS, n_vectors, a, o, first);
+            outer_block(SHORT_ROWS, n_vectors, a, s, o, first);
             o += SHORT_ROWS;
+        }
+    }
+}
+
+static void outer_side(const struct nn_outer *a, const struct side *s)
+{
+    for (uint32_t first = 0; first < s->n_in; first += PANEL) {
+        switch ((s->n_in - first + LANES - 1) / LANES) {
+        case 1:
+            outer_panel(1, a, s, first);
+            break;
+#if VECTORS > 2
+        case 2:
+            outer_panel(2, a, s, first);
+            break;
+        case 3:
+            outer_panel(3, a, s, first);
+            break;
+#endif
+        default:
+            outer_panel(VECTORS, a, s, first);
+            break;
         }
     }
 }
 
 static void outer(const struct nn_outer *a)
 {
-    for (uint32_t first = 0; first < a->n_in; first += PANEL) {
-        switch ((a->n_in - first + LANES - 1) / LANES) {
-        case 1:
-            outer_panel(1, a, first);
-            break;
-#if VECTORS > 2
-        case 2:
-            outer_panel(2, a, first);
-            break;
-        case 3:
-            outer_panel(3, a, first);
-            break;
-#endif
-        default:
-            outer_panel(VECTORS, a, first);
-            break;
-        }
-    }
+    struct side x = {.x = a->x, .dw = a->dw, .ld = a->ld_w, .n_in = a->n_in, .add = a->add_w};
+    struct side q = {.x = a->q, .dw = a->dq, .ld = a->ld_q, .n_in = a->n_q, .add = a->add_q};
+    outer_side(a, &x);
+    outer_side(a, &q);
+}
+
+static size_t forward_count(uint32_t n_in, uint32_t n_q)
+{
+    return (size_t)(n_in + n_q) * PANEL;
+}
+
+static void pack_forward(float *packed, const float *w, size_t ld, uint32_t n_out, uint32_t n_in,
+                         uint32_t n_q, uint32_t index)
+{
+    nn_pack_forward(PANEL, packed, w, ld, n_out, n_in + n_q, index);
+}
+
+static size_t backward_count(uint32_t n_out)
+{
+    return (size_t)n_out * PANEL;
+}
+
+static void pack_backward(float *packed, const float *w, size_t ld, uint32_t n_out, uint32_t n_in,
+                          uint32_t index)
+{
+    nn_pack_backward(PANEL, packed, w, ld, n_out, n_in, index);
+}
+
+static size_t scratch_count(uint32_t n_rows, uint32_t n)
+{
+    (void)n_rows;
+    (void)n;
+    return 0;
 }
 
 static double peak(uint64_t n)

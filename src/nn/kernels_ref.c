@@ -47,20 +47,56 @@ static void backward(const struct nn_backward *a)
     }
 }
 
-static void outer(const struct nn_outer *a)
+/* dw (+)= dy^T x */
+static void sum_products(const struct nn_outer *a, const float *x, uint32_t n_in, float *dw,
+                         size_t ld, bool add)
 {
-    for (uint32_t first = 0; first < a->n_in; first += PANEL) {
-        const float *x = a->x + first / PANEL * a->stride;
-        uint32_t n = a->n_in - first < PANEL ? a->n_in - first : PANEL;
+    for (uint32_t first = 0; first < n_in; first += PANEL, x += a->stride) {
+        uint32_t n = n_in - first < PANEL ? n_in - first : PANEL;
         for (uint32_t o = 0; o < a->n_out; o++) {
             const float *dy = a->dy + o / PANEL * a->stride + o % PANEL;
             float acc[PANEL] = {0};
             for (uint32_t r = 0; r < a->n_rows; r++)
                 for (uint32_t j = 0; j < PANEL; j++) acc[j] += dy[r * PANEL] * x[r * PANEL + j];
-            float *dw = a->dw + o * a->ld + first;
-            for (uint32_t j = 0; j < n; j++) dw[j] = a->accumulate ? dw[j] + acc[j] : acc[j];
+            float *to = dw + o * ld + first;
+            for (uint32_t j = 0; j < n; j++) to[j] = add ? to[j] + acc[j] : acc[j];
         }
     }
+}
+
+static void outer(const struct nn_outer *a)
+{
+    sum_products(a, a->x, a->n_in, a->dw, a->ld_w, a->add_w);
+    sum_products(a, a->q, a->n_q, a->dq, a->ld_q, a->add_q);
+}
+
+static size_t forward_count(uint32_t n_in, uint32_t n_q)
+{
+    return (size_t)(n_in + n_q) * PANEL;
+}
+
+static void pack_forward(float *packed, const float *w, size_t ld, uint32_t n_out, uint32_t n_in,
+                         uint32_t n_q, uint32_t index)
+{
+    nn_pack_forward(PANEL, packed, w, ld, n_out, n_in + n_q, index);
+}
+
+static size_t backward_count(uint32_t n_out)
+{
+    return (size_t)n_out * PANEL;
+}
+
+static void pack_backward(float *packed, const float *w, size_t ld, uint32_t n_out, uint32_t n_in,
+                          uint32_t index)
+{
+    nn_pack_backward(PANEL, packed, w, ld, n_out, n_in, index);
+}
+
+static size_t scratch_count(uint32_t n_rows, uint32_t n)
+{
+    (void)n_rows;
+    (void)n;
+    return 0;
 }
 
 /* Multiplies and adds apart, as baseline x86-64 has no fused operation. */
@@ -85,5 +121,10 @@ const struct nn_kernels nn_kernels_ref = {
     .forward = forward,
     .backward = backward,
     .outer = outer,
+    .forward_count = forward_count,
+    .pack_forward = pack_forward,
+    .backward_count = backward_count,
+    .pack_backward = pack_backward,
+    .scratch_count = scratch_count,
     .peak = peak,
 };

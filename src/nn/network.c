@@ -24,9 +24,9 @@ void network_shape(struct generator *g)
         layer->b_at = at;
         at += layer->n_out;
         layer->forward_at = packed;
-        packed += (size_t)nn_n_panels(t, layer->n_out) * (layer->n_x + layer->n_q) * t->panel;
+        packed += nn_n_panels(t, layer->n_out) * t->forward_count(layer->n_x, layer->n_q);
         layer->backward_at = packed;
-        packed += (size_t)nn_n_panels(t, layer->n_x) * layer->n_out * t->panel;
+        packed += nn_n_panels(t, layer->n_x) * t->backward_count(layer->n_out);
     }
     g->n_weights = at;
     g->n_packed = packed;
@@ -40,17 +40,17 @@ static void pack_panel(void *ctx, uint32_t item, uint32_t worker)
     uint32_t per_layer = 2 * nn_n_panels(t, g->width_padded);
     const struct layer *layer = &g->layers[item / per_layer];
     uint32_t index = item % per_layer, n_forward = nn_n_panels(t, layer->n_out);
-    uint32_t n_columns = layer->n_x + layer->n_q;
     const float *w = g->weights + layer->w_at;
     (void)worker;
     if (index < n_forward) {
-        nn_pack_forward(t, g->packed + layer->forward_at + (size_t)index * n_columns * t->panel, w,
-                        layer->n_columns, layer->n_out, n_columns, index);
+        size_t size = t->forward_count(layer->n_x, layer->n_q);
+        t->pack_forward(g->packed + layer->forward_at + index * size, w, layer->n_columns,
+                        layer->n_out, layer->n_x, layer->n_q, index);
     } else if (index - n_forward < nn_n_panels(t, layer->n_x)) {
+        size_t size = t->backward_count(layer->n_out);
         index -= n_forward;
-        nn_pack_backward(t,
-                         g->packed + layer->backward_at + (size_t)index * layer->n_out * t->panel,
-                         w, layer->n_columns, layer->n_out, layer->n_x, index);
+        t->pack_backward(g->packed + layer->backward_at + index * size, w, layer->n_columns,
+                         layer->n_out, layer->n_x, index);
     }
 }
 
@@ -106,6 +106,7 @@ void network_forward(const struct generator *g, const struct worker *w, const fl
             .y = is_output ? w->y : h + l % n_kept * g->tile_size,
             .stride = g->stride,
             .linear = is_output,
+            .scratch = w->scratch,
         };
         g->kernels.forward(&a);
     }
@@ -117,33 +118,26 @@ void network_backward(const struct generator *g, const struct worker *w, uint32_
     const float *dy = w->dy;
     for (uint32_t l = g->n_layers; l-- > 0;) {
         const struct layer *layer = &g->layers[l];
-        struct nn_outer of_q = {
-            .n_rows = n_rows,
-            .n_out = layer->n_out,
-            .n_in = N_Q_LANES,
-            .dy = dy,
-            .x = q,
-            .dw = w->dq + (size_t)l * g->width_padded * Q_GRADIENT,
-            .ld = Q_GRADIENT,
-            .stride = g->stride,
-            .accumulate = !first_tile,
-        };
-        g->kernels.outer(&of_q);
-        if (l == 0) return;
-
-        const float *x = h + (size_t)(l - 1) * g->tile_size;
-        struct nn_outer of_x = {
+        const float *x = l > 0 ? h + (size_t)(l - 1) * g->tile_size : NULL;
+        struct nn_outer outer = {
             .n_rows = n_rows,
             .n_out = layer->n_out,
             .n_in = layer->n_x,
+            .n_q = N_Q_LANES,
             .dy = dy,
             .x = x,
+            .q = q,
             .dw = gradient + layer->w_at,
-            .ld = layer->n_columns,
+            .dq = w->dq + (size_t)l * g->width_padded * Q_GRADIENT,
+            .ld_w = layer->n_columns,
+            .ld_q = Q_GRADIENT,
             .stride = g->stride,
-            .accumulate = !first,
+            .add_w = !first,
+            .add_q = !first_tile,
+            .scratch = w->scratch,
         };
-        g->kernels.outer(&of_x);
+        g->kernels.outer(&outer);
+        if (l == 0) return;
 
         struct nn_backward back = {
             .n_rows = n_rows,
@@ -154,6 +148,7 @@ void network_backward(const struct generator *g, const struct worker *w, uint32_
             .h = x,
             .dh = w->dh + l % 2 * g->tile_size,
             .stride = g->stride,
+            .scratch = w->scratch,
         };
         g->kernels.backward(&back);
         dy = back.dh;

@@ -35,10 +35,11 @@ struct layer {
 
 /* What one thread works in. Sizes in floats; `tile` is a panel-wise tile of all features. */
 struct worker {
-    float *q;    /* [n_tiles][tile_rows * panel] */
-    float *h;    /* [n_tiles][n_kept] tiles: the layers' outputs */
-    float *y;    /* one panel: the network's output */
-    float *bias; /* [n_layers][width_padded]: b + Wv v of the patch */
+    float *q;       /* [n_tiles][tile_rows * panel] */
+    float *h;       /* [n_tiles][n_kept] tiles: the layers' outputs */
+    float *y;       /* one panel: the network's output */
+    float *bias;    /* [n_layers][width_padded]: b + Wv v of the patch */
+    float *scratch; /* the kernels' own */
 
     /* Training only. */
     float *dh;         /* 2 tiles */

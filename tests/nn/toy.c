@@ -4,7 +4,7 @@
 #include "base/mem.h"
 #include "base/rng.h"
 
-const uint32_t toy_levels[] = {0, CPU_AVX2, CPU_AVX2 | CPU_AVX512};
+const uint32_t toy_levels[] = {0, CPU_AVX2, CPU_AVX2 | CPU_AVX512, CPU_ALL};
 const size_t toy_n_levels = sizeof toy_levels / sizeof *toy_levels;
 
 bool toy_level_runs(uint32_t cpu)

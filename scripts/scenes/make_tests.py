@@ -455,20 +455,19 @@ def scenes():
     <shape type="instance">
         <ref id="pair"/>
         <transform name="to_world">
-            <scale x="1" y="0.6" z="1"/>
+            <scale value="0.8"/>
             <rotate y="1" angle="45"/>
             <translate x="0.95" y="0.25" z="0.4"/>
         </transform>
     </shape>
 """ + BACKLIT),
-        "defaults": ("Values by name, a constant spectrum, a light in another file",
+        "defaults": ("Values by name and a constant spectrum",
                      '\n    <default name="shade" value="0.6"/>\n'
                      '    <default name="radius" value="0.5"/>\n'
-                     '    <include filename="parts/lamp.xml"/>\n'
                      + material("diffuse", '        <spectrum name="reflectance" '
                                            'value="$shade"/>\n')
                      + BALL.replace('"0.65"/>\n        <ref', '"$radius"/>\n        <ref')
-                     + FLOOR),
+                     + BACKLIT),
         "filter_gaussian": ("The Gaussian pixel filter",
                             material("diffuse", CHECKER.format(name="reflectance", a="0.9, 0.9, 0.9",
                                                                b="0, 0, 0", x=20, y=12))
@@ -481,9 +480,6 @@ def scenes():
     for name, entry in plain.items():
         what, body, depth, rfilter = (*entry, 6, TENT)[:4] if len(entry) == 2 else entry
         yield name, HEAD.format(what=what, depth=depth, rfilter=rfilter) + body + "</scene>\n"
-
-
-LAMP_PART = '<?xml version="1.0" encoding="utf-8"?>\n<scene version="3.0.0">' + LIGHT + "</scene>\n"
 
 
 # ---- Pictures ----------------------------------------------------------------------------------
@@ -631,7 +627,7 @@ f 6//6 5//6 9//6 10//6
 def main():
     root = pathlib.Path(__file__).resolve().parents[2]
     folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else root / "scenes/tests"
-    for sub in ("textures", "meshes", "parts"):
+    for sub in ("textures", "meshes"):
         (folder / sub).mkdir(parents=True, exist_ok=True)
     write_png(folder / "textures/picture.png", 24, 24, picture(), 3)
     write_png(folder / "textures/ramp.png", 32, 4, [20 + 4 * x for x in range(32)] * 4, 1)
@@ -641,7 +637,6 @@ def main():
     write_gem(folder / "meshes/gem.ply")
     write_wave(folder / "meshes/wave.ply")
     (folder / "meshes/house.obj").write_text(HOUSE)
-    (folder / "parts/lamp.xml").write_text(LAMP_PART)
     for name, xml in scenes():
         (folder / f"{name}.xml").write_text(xml)
     print(f"{folder}: {len(list(folder.glob('*.xml')))} scenes")

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""nn.py [FOLDER]    (default: tests/nn/data)
+"""nn.py [FOLDER]           (default: tests/nn/data)
+nn.py --check BINARY     makes references afresh and runs BINARY (test_nn_references) on them
 
 A small generator network in PyTorch, in doubles: nn.bin holds floats (weights, inputs, targets; outputs,
 and for both axes of SSIM losses, gradient, weights after Adam steps, norms), nn.json says where in it
@@ -8,8 +9,11 @@ they are. tests/nn/test_references.c compares with them; LMN_REFERENCES=PARENT m
 """
 import copy
 import json
+import os
 import pathlib
+import subprocess
 import sys
+import tempfile
 
 import torch
 
@@ -72,8 +76,7 @@ def train(start, inputs, v, targets, legacy):
     return out
 
 
-def main():
-    folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "tests/nn/data")
+def write(folder):
     folder.mkdir(parents=True, exist_ok=True)
     torch.manual_seed(4)
     torch.set_num_threads(1)
@@ -99,6 +102,15 @@ def main():
                 "learning_rate": LEARNING_RATE, "arrays": where}
     (folder / "nn.json").write_text(json.dumps(document, indent=1) + "\n")
     print(f"{document['peer']}: {len(data)} bytes in {folder / 'nn.bin'}")
+
+
+def main():
+    if len(sys.argv) == 3 and sys.argv[1] == "--check":
+        with tempfile.TemporaryDirectory() as parent:
+            write(pathlib.Path(parent) / "nn")
+            environment = {**os.environ, "LMN_REFERENCES": parent}
+            sys.exit(subprocess.run([sys.argv[2]], env=environment, check=False).returncode)
+    write(pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "tests/nn/data"))
 
 
 if __name__ == "__main__":

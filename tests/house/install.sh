@@ -3,7 +3,7 @@
 # install.sh SOURCE_DIR BUILD_DIR: installs into an empty prefix, moves the prefix, builds
 # examples/minimal.c with it by pkg-config and by CMake, and runs it on a scene of two rectangles.
 set -eu
-source=$1
+source=$(cd "$1" && pwd)
 build=$2
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

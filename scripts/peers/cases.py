@@ -28,6 +28,14 @@ CAUSTIC = OUTSIDE / "official/sphere-caustic/scene.xml"
 AJAR = OUTSIDE / "official/veach-ajar/scene.xml"
 CORNELL = OUTSIDE / "bitterli/cornell-box/scene.xml"
 
+# ball x z, frost, knot, wall r g b, lamp, dimmer
+DEMO = ROOT / "scenes/demo/scene.xml"
+DEMO_CASES = [
+    Case("demo", DEMO, (.5,) * 9, 64),
+    Case("demo-1", DEMO, (.9, .1, .8, .15, .9, .2, .4, .85, .3), 64),
+    Case("demo-2", DEMO, (.1, .8, .4, .7, .1, .6, .9, .1, .9), 64),
+]
+
 # sphere-caustic: left wall, right wall, roughness, sphere x y z, light x z.
 # veach-ajar: camera x y z, target x z, door.
 OUTSIDE_CASES = [
@@ -47,4 +55,4 @@ def own_cases():
 
 
 def all_cases():
-    return own_cases() + OUTSIDE_CASES
+    return own_cases() + DEMO_CASES + OUTSIDE_CASES

@@ -10,7 +10,8 @@ what only the renderer of the time knew goes away. For tests only.
 u holds one number in [0,1] per parameter, in the order of the document; 0.5 when not given. A
 camera's target lies in the middle third of the scene's bounding box, hence --bbox.
 
-Standard library only. As a module: parameters(), freeze().
+A *.variables.json beside the scene is obeyed, too (json_variables.py). Standard library only. As a
+module: parameters(), freeze().
 """
 import argparse
 import copy
@@ -19,6 +20,8 @@ import os
 import re
 import sys
 import xml.etree.ElementTree as ElementTree
+
+import json_variables
 
 RULES = ("num_parameters", "min_bounds", "range_bounds", "rotation_axis", "min_angle",
          "range_angle")
@@ -256,8 +259,12 @@ def clean(root, folder):
 
 
 def freeze(path, u=None, bbox=None, defines=None):
-    """The XML text of `path` at u."""
+    """The XML text of `path` at u (None: 0.5 everywhere, but the defaults of a *.variables.json)."""
     root = read(path, defines)
+    beside = path.removesuffix(".xml") + ".variables.json"
+    if os.path.exists(beside):
+        json_variables.apply(root, beside, u, set_rgb, to_world_of)
+        u = []
     variables = variables_of(root)
     n = sum(len(v.parts) for v in variables)
     u = [0.5] * n if u is None else list(u)

@@ -373,8 +373,10 @@ LMN_API lmn_status lmn_model_eval(lmn_context *context, const lmn_model *model,
 /* ---- Small services ------------------------------------------------------------------------ */
 
 /* Draws a run's metrics.jsonl (or a model's history) as SVG: loss, acceptance, reuse, error, and
- * where the chains were. */
-LMN_API lmn_status lmn_plot(lmn_context *context, const char *path, const char *svg_path);
+ * where the chains were. Several are compared over seconds of training: errors, loss, the share of
+ * replayed batches. paths: n_paths >= 1. */
+LMN_API lmn_status lmn_plot(lmn_context *context, const char *const *paths, uint32_t n_paths,
+                            const char *svg_path);
 
 /* Measures and describes in JSON: what = "kernels", "trace", "train" or "frame". options_json is
  * documented in lumenaut-bench(1). *json belongs to the context until the next call. */

@@ -3,7 +3,8 @@
 #include "api/handles.h"
 #include "train/plot.h"
 
-lmn_status lmn_plot(lmn_context *context, const char *path, const char *svg_path)
+lmn_status lmn_plot(lmn_context *context, const char *const *paths, uint32_t n_paths,
+                    const char *svg_path)
 {
-    return plot_svg(path, svg_path, context_begin(context));
+    return plot_svg(paths, n_paths, svg_path, context_begin(context));
 }

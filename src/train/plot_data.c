@@ -177,7 +177,8 @@ static lmn_status read_step(const json_t *line, const struct place *at, struct p
                    {"acceptance", PLOT_ACCEPTANCE},
                    {"reuse_probability", PLOT_REUSE},
                    {"cpu_s", PLOT_SECONDS}},
-      errors[] = {{"mape", PLOT_MAPE}, {"flip", PLOT_FLIP}, {"dssim", PLOT_DSSIM}};
+      errors[] = {
+          {"mape", PLOT_MAPE}, {"relmse", PLOT_RELMSE}, {"flip", PLOT_FLIP}, {"dssim", PLOT_DSSIM}};
     lmn_status status;
     double step, value;
     TRY(get_number(line, "step", at, &step, err));

@@ -25,6 +25,7 @@ enum plot_curve {
     PLOT_REUSE,
     PLOT_SECONDS, /* of training by then */
     PLOT_MAPE,    /* evaluated */
+    PLOT_RELMSE,
     PLOT_FLIP,
     PLOT_DSSIM,
     PLOT_N_CURVES

@@ -150,7 +150,9 @@ static void test_model(void **state)
     assert_true(lmn_image_width(sheet) >= 3 * 16);
     lmn_image_free(sheet);
     lmn_model_free(model);
-    EXPECT(context, lmn_plot(context, model_path, svg_path), LMN_OK);
+    EXPECT(context, lmn_plot(context, (const char *[]){model_path, model_path}, 2, svg_path),
+           LMN_OK);
+    EXPECT(context, lmn_plot(context, NULL, 0, svg_path), LMN_ERR_ARGUMENT);
     lmn_scene_free(scene);
     lmn_context_free(context);
 }

@@ -131,7 +131,7 @@ static char *draw(const char *text, struct error *err)
     size_t size;
     const char *path = temp_write("run.jsonl", text, strlen(text));
     snprintf(svg, sizeof svg, "%s/run.svg", temp_folder);
-    if (plot_svg(path, svg, err) == LMN_OK)
+    if (plot_svg(&path, 1, svg, err) == LMN_OK)
         assert_int_equal(file_read(svg, 1 << 24, &out, &size, err), LMN_OK);
     unlink(svg);
     snprintf(svg, sizeof svg, "%s/run.jsonl", temp_folder);
@@ -239,11 +239,84 @@ static void test_extremes(void **state)
     }
 }
 
-static void test_memory(void **state)
+/* How often a text occurs. */
+static int count(const char *text, const char *what)
+{
+    int n = 0;
+    for (; (text = strstr(text, what)); text += strlen(what)) n++;
+    return n;
+}
+
+/* Draws two runs over each other. */
+static char *compare(const char *a, const char *b, struct error *err)
+{
+    char path_a[128], path_b[128], svg[128], *out = NULL;
+    size_t size;
+    snprintf(path_a, sizeof path_a, "%s", temp_write("a.metrics.jsonl", a, strlen(a)));
+    snprintf(path_b, sizeof path_b, "%s", temp_write("b<1.jsonl", b, strlen(b)));
+    snprintf(svg, sizeof svg, "%s/ab.svg", temp_folder);
+    if (plot_svg((const char *[]){path_a, path_b}, 2, svg, err) == LMN_OK)
+        assert_int_equal(file_read(svg, 1 << 24, &out, &size, err), LMN_OK);
+    unlink(svg);
+    unlink(path_a);
+    unlink(path_b);
+    return out;
+}
+
+static void test_compares(void **state)
 {
     (void)state;
-    const char *text = RUN
-        "{\"step\":1,\"loss\":1,\"chains\":[[0,0],[1,1]],\"eval\":{\"flip\":1}}\n";
+    static const char *const panels[] = {"MAPE on",  "relMSE on", "FLIP on",   "Loss of fresh",
+                                         "Share of", ">Steps<",   ">a</text>", ">b&lt;1</text>"};
+    struct error err = {0};
+    struct str a = {0}, b = {0};
+    for (int i = 1; i <= 400; i++) {
+        const char *eval = i % 100 ? "" : ",\"eval\":{\"mape\":0.5,\"relmse\":0.2,\"flip\":0.1}";
+        str_add(&a, "{\"step\":%d,\"loss\":1,\"fresh\":%s,\"loss_fresh\":0.5,\"cpu_s\":%d%s}\n", i,
+                i % 4 ? "false" : "true", i, eval);
+        str_add(&b, "{\"step\":%d,\"loss\":1,\"fresh\":true,\"loss_fresh\":0.7,\"cpu_s\":%d%s}\n",
+                i, i * 2, eval);
+    }
+    char *svg = compare(a.text, b.text, &err);
+    if (!svg) fail_msg("%s", err.text);
+    check_tags(svg);
+    for (size_t i = 0; i < sizeof panels / sizeof *panels; i++)
+        if (!strstr(svg, panels[i])) fail_msg("no %s", panels[i]);
+    assert_int_equal(count(svg, "stroke-dasharray"), 7); /* b's: its legend and six panels */
+    assert_int_equal(count(svg, "<circle"), 2 * 3 * 4);
+    /* a took 400 of 800 s: its last MAPE is in the middle, b's first of four at a quarter */
+    assert_non_null(strstr(svg, "fill=\"#0072b2\" cx=\"540.0\""));
+    assert_non_null(strstr(svg, "fill=\"#d55e00\" cx=\"345.0\""));
+    assert_null(strstr(svg, "nan"));
+    mem_free(svg);
+
+    svg = compare(a.text, "{\"step\":800,\"loss_fresh\":1}\n", &err); /* no times: over steps */
+    assert_non_null(svg);
+    assert_non_null(strstr(svg, "over steps, as not all"));
+    assert_null(strstr(svg, ">Steps<"));
+    assert_non_null(strstr(svg, "fill=\"#0072b2\" cx=\"540.0\""));
+    mem_free(svg);
+
+    svg = compare("{\"step\":1,\"cpu_s\":1e308,\"eval\":{\"mape\":1.7e308,\"flip\":1.7e308}}\n",
+                  "{\"step\":0,\"cpu_s\":-1e308,\"eval\":{\"relmse\":1e-320,\"flip\":-1}}\n", &err);
+    assert_non_null(svg);
+    check_tags(svg);
+    assert_null(strstr(svg, "nan"));
+    assert_true(strlen(svg) < 30000);
+    mem_free(svg);
+
+    assert_null(compare(a.text, "{\"step\":1}\n[1]\n", &err));
+    assert_non_null(strstr(err.text, "b<1.jsonl:2:1: not an object"));
+    assert_int_equal(plot_svg(NULL, 0, "-", &err), LMN_ERR_ARGUMENT);
+    str_release(&a);
+    str_release(&b);
+}
+
+/* Short memory anywhere is an error without a leak or a file; n_runs of the same log. */
+static void check_memory(uint32_t n_runs)
+{
+    const char *text = RUN "{\"step\":1,\"loss\":1,\"cpu_s\":1,\"chains\":[[0,0],[1,1]],"
+                           "\"eval\":{\"flip\":1}}\n";
     char svg[128], jsonl[128];
     snprintf(svg, sizeof svg, "%s/run.svg", temp_folder);
     snprintf(jsonl, sizeof jsonl, "%s", temp_write("run.jsonl", text, strlen(text)));
@@ -251,7 +324,7 @@ static void test_memory(void **state)
     for (uint64_t n = 1; status != LMN_OK && n < 1000; n++) {
         struct error err = {0};
         mem_fail_after(n);
-        status = plot_svg(jsonl, svg, &err);
+        status = plot_svg((const char *[]){jsonl, jsonl}, n_runs, svg, &err);
         mem_fail_after(0);
         if (status != LMN_OK) {
             assert_int_equal(status, LMN_ERR_MEMORY);
@@ -263,13 +336,21 @@ static void test_memory(void **state)
     unlink(jsonl);
 }
 
+static void test_memory(void **state)
+{
+    (void)state;
+    check_memory(1);
+    check_memory(2);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_reads),    cmocka_unit_test(test_resumed),
         cmocka_unit_test(test_refusals), cmocka_unit_test(test_thinning),
         cmocka_unit_test(test_draws),    cmocka_unit_test(test_extremes),
-        cmocka_unit_test(test_memory),   cmocka_unit_test(test_history),
+        cmocka_unit_test(test_compares), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_history),
     };
     return cmocka_run_group_tests(tests, temp_setup, temp_teardown);
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* lumenaut plot: the curves of a training run as SVG. */
+/* lumenaut plot: the curves of a training run, or of several together, as SVG. */
 #include "cli_options.h"
 
 struct plot_args {
@@ -30,7 +30,8 @@ static int run(void *args)
         code = app_error(&app, EXIT_USAGE, "no output: give -o FILE.svg");
     if (code == EXIT_OK) code = app_check_output(&app, a->output);
     if (code == EXIT_OK) {
-        const lmn_status status = lmn_plot(app.context, a->common.operands[0], a->output);
+        const lmn_status status = lmn_plot(app.context, (const char *const *)a->common.operands,
+                                           a->common.n_operands, a->output);
         if (status != LMN_OK) code = app_failed(&app, status, BLAME_INPUT);
     }
     app_close(&app);
@@ -39,12 +40,12 @@ static int run(void *args)
 
 const struct command command_plot = {
     .name = "plot",
-    .operands = "MODEL|METRICS",
-    .summary = "Draw the curves of a training run as SVG",
+    .operands = "MODEL|METRICS...",
+    .summary = "Draw the curves of a training run, or of several, as SVG",
     .groups = groups,
     .n_groups = COUNT_OF(groups),
     .args_size = sizeof(struct plot_args),
     .run = run,
     .min_operands = 1,
-    .max_operands = 1,
+    .max_operands = 64,
 };

@@ -16,4 +16,6 @@ head -n 1 d.metrics.jsonl | json 'd["run"]["options"]["learning_rate"] == 1e-3 a
 "$lumenaut" plot d.lmn -o d.svg
 "$lumenaut" plot d.metrics.jsonl -o - | cmp - d.svg
 /usr/bin/python3 -c 'import xml.etree.ElementTree as e; assert e.parse("d.svg").getroot().tag.endswith("svg")'
+"$lumenaut" plot c.metrics.jsonl d.lmn -o cd.svg
+/usr/bin/python3 -c 'import xml.etree.ElementTree as e; t = "".join(e.parse("cd.svg").getroot().itertext()); assert all(w in t for w in ["relMSE on", "Loss of fresh", "time"]), t'
 ls d.lmn* d.metrics*

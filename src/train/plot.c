@@ -107,12 +107,12 @@ static lmn_status draw_run(struct str *s, const struct plot_run *run, double *y,
         {&c[PLOT_LOSS_FRESH_BATCH], "fresh batches", blue, .is_faint = true},
         {&c[PLOT_LOSS_REPLAYED_BATCH], "replayed batches", orange, .is_faint = true},
         {&c[PLOT_LOSS_ALL], "all batches", grey, .is_faint = true},
-        {&c[PLOT_LOSS_FRESH], "fresh batches", blue},
-        {&c[PLOT_LOSS_REPLAYED], "replayed batches", orange},
+        {&c[PLOT_LOSS_FRESH], "fresh batches", blue, .is_faint = false},
+        {&c[PLOT_LOSS_REPLAYED], "replayed batches", orange, .is_faint = false},
     };
     const struct curve shares[] = {
-        {&c[PLOT_ACCEPTANCE], "proposals accepted", green},
-        {&c[PLOT_REUSE], "probability of reuse", purple},
+        {&c[PLOT_ACCEPTANCE], "proposals accepted", green, .is_faint = false},
+        {&c[PLOT_REUSE], "probability of reuse", purple, .is_faint = false},
     };
     const struct curve errors[] = {
         {&c[PLOT_MAPE], "MAPE", blue, .has_marks = true},

@@ -237,10 +237,10 @@ static lmn_status add_panels(struct str *s, const struct line *lines, uint32_t n
     static const struct panel panels[N_SHOWN] = {
         [SHOW_MAPE] = {"MAPE on the test set", 170, .is_log = true},
         [SHOW_RELMSE] = {"relMSE on the test set", 170, .is_log = true},
-        [SHOW_FLIP] = {"FLIP on the test set", 150},
+        [SHOW_FLIP] = {"FLIP on the test set", 150, .is_log = false},
         [SHOW_LOSS] = {"Loss of fresh batches", 170, .is_log = true},
         [SHOW_SHARE] = {"Share of replayed batches", 110, .is_share = true},
-        [SHOW_STEPS] = {"Steps", 110},
+        [SHOW_STEPS] = {"Steps", 110, .is_log = false},
     };
     lmn_status status = LMN_OK;
     struct axis x = {0, 0, PANEL_LEFT, PANEL_RIGHT, false, is_time};

@@ -272,7 +272,7 @@ lmn_status plot_compare(const char *const *paths, uint32_t n_paths, struct str *
                         struct error *err)
 {
     lmn_status status = LMN_OK;
-    bool is_time;
+    bool is_time = false;
     struct line *lines = mem_new(n_paths, sizeof *lines);
     if (!lines) return fail_memory(err, "a plot");
     TRY(read_lines(paths, n_paths, lines, &is_time, err));

@@ -48,9 +48,9 @@ lmn_status lmn_context_new(const lmn_context_options *options, lmn_context **out
     if (o.cpu) {
         const uint32_t mask = cpu_mask_from_name(o.cpu);
         if (mask == UINT32_MAX) {
-            status = fail(&err, LMN_ERR_ARGUMENT,
-                          "unknown instruction set \"%s\": baseline, avx2, avx512, avx512bf16 or amx",
-                          o.cpu);
+            status = fail(
+                &err, LMN_ERR_ARGUMENT,
+                "unknown instruction set \"%s\": baseline, avx2, avx512, avx512bf16 or amx", o.cpu);
             goto done;
         }
         c->cpu &= mask;

@@ -56,9 +56,9 @@ typedef int lmn_progress_fn(void *user, double done, double total);
 typedef void lmn_note_fn(void *user, const char *text);
 
 typedef struct lmn_context_options {
-    uint32_t struct_size; /* sizeof(lmn_context_options) */
-    uint32_t threads;     /* 0: every CPU in the process's affinity mask */
-    const char *cpu;      /* NULL: best found; "baseline", "avx2", "avx512", ... force a lower one */
+    uint32_t struct_size;      /* sizeof(lmn_context_options) */
+    uint32_t threads;          /* 0: every CPU in the process's affinity mask */
+    const char *cpu;           /* NULL: best found; "baseline", "avx2", ... force a lower one */
     lmn_progress_fn *progress; /* may be NULL */
     void *progress_user;
     lmn_note_fn *note; /* may be NULL */

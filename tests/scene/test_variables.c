@@ -432,8 +432,8 @@ static void hashes_meaning(void **unused)
 {
     static const char *const texts[] = {
         "{\"name\": \"a\", \"kind\": \"float\", \"targets\": \"cam.fov\", \"range\": [20, 60]}",
-        "{\"name\": \"b\", \"kind\": \"float\", \"targets\": \"sensor.fov\", \"range\": [20, 60],"
-        " \"default\": 30, \"description\": \"x\"}",
+        ("{\"name\": \"b\", \"kind\": \"float\", \"targets\": \"sensor.fov\", \"range\": [20, 60],"
+         " \"default\": 30, \"description\": \"x\"}"),
         "{\"name\": \"a\", \"kind\": \"float\", \"targets\": \"cam.fov\", \"range\": [20, 61]}",
         "{\"name\": \"a\", \"kind\": \"float\", \"targets\": \"glass.eta\", \"range\": [20, 60]}",
     };

@@ -22,9 +22,9 @@ run() {
         model=$out/$scene-$explore
         $lumenaut train "$scenes/official/$scene/scene.xml" -o "$model.lmn" --explore $explore \
             --seed 1 --width 128 --learning-rate 5e-4 --spp "$2" --time "${RESULTS_TIME:-15m}" \
-            --eval-every 90s --eval-size 64 --eval-spp 512 --memory 512 -t "$threads" \
+            --eval-every 90s --eval-n 8 --eval-size 64 --eval-spp 512 --memory 512 -t "$threads" \
             --json >"$model.train.json" || exit 1
-        $lumenaut eval "$model.lmn" --n 6 --size 128 --spp 1024 --sheet "$model.png" \
+        $lumenaut eval "$model.lmn" --n 6 --size 128 --spp 512 --sheet "$model.png" \
             --json >"$model.json" || exit 1
     done
     $lumenaut plot "$out/$scene-active.metrics.jsonl" "$out/$scene-uniform.metrics.jsonl" \

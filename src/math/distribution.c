@@ -5,6 +5,7 @@
 #include <stddef.h>
 
 #include "base/mem.h"
+#include "math/vec.h"
 
 /* The largest float below 1: keeps the handed-back random number in [0,1). */
 static const float below_one = 0x1.fffffep-1f;
@@ -29,14 +30,14 @@ static double cumulate(const float *weights, uint32_t n, float *cdf)
 /* The i with cdf[i] <= u < cdf[i + 1]. */
 static uint32_t invert(const float *cdf, uint32_t n, float *u)
 {
-    float x = fminf(fmaxf(*u, 0.0f), below_one);
+    float x = min_float(max_float(*u, 0.0f), below_one);
     uint32_t low = 0, size = n;
     while (size > 1) {
         uint32_t half = size / 2;
-        if (cdf[low + half] <= x) low += half;
+        low += cdf[low + half] <= x ? half : 0; /* no branch: it would be a coin toss */
         size -= half;
     }
-    *u = fminf((x - cdf[low]) / (cdf[low + 1] - cdf[low]), below_one);
+    *u = min_float((x - cdf[low]) / (cdf[low + 1] - cdf[low]), below_one);
     return low;
 }
 
@@ -93,8 +94,8 @@ void distribution2d_sample(const struct distribution2d *d, float u, float v, flo
     uint32_t row = invert(d->rows, d->height, &v);
     const float *cdf = d->cells + (size_t)row * (d->width + 1);
     uint32_t column = invert(cdf, d->width, &u);
-    *x = fminf(((float)column + u) / (float)d->width, below_one);
-    *y = fminf(((float)row + v) / (float)d->height, below_one);
+    *x = min_float(((float)column + u) / (float)d->width, below_one);
+    *y = min_float(((float)row + v) / (float)d->height, below_one);
     *pdf = (d->rows[row + 1] - d->rows[row]) * (float)d->height * (cdf[column + 1] - cdf[column]) *
            (float)d->width;
 }

@@ -5,6 +5,25 @@
 #include <math.h>
 #include <stdbool.h>
 
+/* fmaxf() and fminf() are calls into libm on baseline x86-64, for the sake of NaN; these are one
+ * instruction. With a NaN among the arguments they return the second. */
+static inline float max_float(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+static inline float min_float(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+/* floorf() for |x| < 2^31, without the call. */
+static inline float floor_float(float x)
+{
+    float t = (float)(int)x;
+    return t > x ? t - 1.0f : t;
+}
+
 /* Three floats by value: points, directions and RGB colours. */
 struct vec3 {
     float x, y, z;
@@ -74,7 +93,7 @@ static inline struct vec3 vec3_normalize(struct vec3 a)
 
 static inline float vec3_max(struct vec3 a)
 {
-    return fmaxf(a.x, fmaxf(a.y, a.z));
+    return max_float(a.x, max_float(a.y, a.z));
 }
 
 static inline float vec3_mean(struct vec3 a)

@@ -27,7 +27,7 @@ static inline void warp_sincos_quarter(float a, float *s, float *c)
 /* sin and cos of 2 pi t for t in [0,1]. */
 static inline void warp_sincos_turn(float t, float *s, float *c)
 {
-    float quarter = floorf(4.0f * t + 0.5f); /* 0 .. 4 */
+    float quarter = floor_float(4.0f * t + 0.5f); /* 0 .. 4 */
     float a, b;
     warp_sincos_quarter((t - 0.25f * quarter) * (2.0f * MATH_PI), &a, &b);
     int q = (int)quarter & 3;
@@ -40,14 +40,11 @@ static inline void warp_sincos_turn(float t, float *s, float *c)
 static inline struct vec2 warp_disk(float u, float v)
 {
     float x = 2.0f * u - 1.0f, y = 2.0f * v - 1.0f;
-    float s, c;
-    if (fabsf(x) >= fabsf(y)) {
-        if (x == 0.0f) return (struct vec2){0.0f, 0.0f};
-        warp_sincos_quarter(0.25f * MATH_PI * (y / x), &s, &c);
-        return (struct vec2){x * c, x * s};
-    }
-    warp_sincos_quarter(0.25f * MATH_PI * (x / y), &s, &c);
-    return (struct vec2){y * s, y * c};
+    /* Without branches, which would be mispredicted half of the time. */
+    bool is_flat = fabsf(x) >= fabsf(y);
+    float r = is_flat ? x : y, other = is_flat ? y : x, s, c;
+    warp_sincos_quarter(0.25f * MATH_PI * (other / (r == 0.0f ? 1.0f : r)), &s, &c);
+    return (struct vec2){r * (is_flat ? c : s), r * (is_flat ? s : c)};
 }
 
 /* The upper hemisphere, density z/pi. */
@@ -66,7 +63,7 @@ static inline float warp_cosine_hemisphere_pdf(float z)
 /* The unit sphere, density 1/(4 pi). */
 static inline struct vec3 warp_sphere(float u, float v)
 {
-    float z = 1.0f - 2.0f * v, r = sqrtf(fmaxf(0.0f, 1.0f - z * z)), s, c;
+    float z = 1.0f - 2.0f * v, r = sqrtf(max_float(0.0f, 1.0f - z * z)), s, c;
     warp_sincos_turn(u, &s, &c);
     return vec3(r * c, r * s, z);
 }
@@ -76,7 +73,7 @@ static inline struct vec3 warp_sphere(float u, float v)
 /* Barycentric coordinates (b1, b2), uniform over a triangle: density 1/area. */
 static inline struct vec2 warp_triangle(float u, float v)
 {
-    float t = sqrtf(fmaxf(0.0f, 1.0f - u));
+    float t = sqrtf(max_float(0.0f, 1.0f - u));
     return (struct vec2){1.0f - t, t * v};
 }
 

@@ -96,7 +96,7 @@ void bsdf_point_init(struct bsdf_point *p, const struct material *materials, uin
             }
         } else {
             float opacity = texture_eval_1(textures, b->opacity, u, v);
-            p->opacity *= fminf(fmaxf(opacity, 0.0f), 1.0f);
+            p->opacity *= min_float(max_float(opacity, 0.0f), 1.0f);
         }
         m = &materials[child];
         if (depth == MAX_NESTING) { /* a loop in the nesting: black */

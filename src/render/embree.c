@@ -397,6 +397,85 @@ bool accel_occluded(const struct accel_top *t, const struct ray *r)
     return ray.tfar < 0.0f;
 }
 
+/* Lane i of a packet's rays. */
+static void packet_set(struct RTCRay16 *to, int *valid, uint32_t i, const struct ray *r)
+{
+    valid[i] = -1;
+    to->org_x[i] = r->o.x;
+    to->org_y[i] = r->o.y;
+    to->org_z[i] = r->o.z;
+    to->tnear[i] = r->t_min;
+    to->dir_x[i] = r->d.x;
+    to->dir_y[i] = r->d.y;
+    to->dir_z[i] = r->d.z;
+    to->tfar[i] = r->t_max;
+    to->time[i] = 0.0f;
+    to->mask[i] = UINT32_MAX;
+    to->id[i] = i;
+    to->flags[i] = 0;
+}
+
+/* Lanes from n on: not valid, but with numbers that do no harm. */
+static void packet_pad(struct RTCRay16 *to, int *valid, uint32_t n)
+{
+    static const struct ray nothing = {.d = {0, 0, 1}, .t_max = -1};
+    for (uint32_t i = n; i < ACCEL_PACKET; i++) {
+        packet_set(to, valid, i, &nothing);
+        valid[i] = 0;
+    }
+}
+
+void accel_intersect_packet(const struct accel_top *t, uint32_t n, const struct ray *const *rays,
+                            struct hit *const *hits)
+{
+    if (n < 4) { /* does not pay */
+        for (uint32_t i = 0; i < n; i++) accel_intersect(t, rays[i], true, hits[i]);
+        return;
+    }
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    struct RTCRayHit16 rh;
+    _Alignas(64) int valid[ACCEL_PACKET];
+    for (uint32_t i = 0; i < n; i++) packet_set(&rh.ray, valid, i, rays[i]);
+    packet_pad(&rh.ray, valid, n);
+    for (uint32_t i = 0; i < ACCEL_PACKET; i++)
+        rh.hit.geomID[i] = rh.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect16(valid, t->scene, &context, &rh);
+    for (uint32_t i = 0; i < n; i++) {
+        struct hit *hit = hits[i];
+        hit->t = rh.ray.tfar[i];
+        if (rh.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
+            hit->shape = SCENE_NONE;
+            continue;
+        }
+        hit->u = rh.hit.u[i];
+        hit->v = rh.hit.v[i];
+        hit->ng = vec3(rh.hit.Ng_x[i], rh.hit.Ng_y[i], rh.hit.Ng_z[i]);
+        hit->shape = rh.hit.geomID[i];
+        hit->primitive = rh.hit.primID[i];
+        hit->instance = t->has_instances ? rh.hit.instID[0][i] : 0;
+    }
+}
+
+void accel_occluded_packet(const struct accel_top *t, uint32_t n, const struct ray *const *rays,
+                           bool *is_occluded)
+{
+    if (n < 4) {
+        for (uint32_t i = 0; i < n; i++) is_occluded[i] = accel_occluded(t, rays[i]);
+        return;
+    }
+    struct RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    struct RTCRay16 packet;
+    _Alignas(64) int valid[ACCEL_PACKET];
+    for (uint32_t i = 0; i < n; i++) packet_set(&packet, valid, i, rays[i]);
+    packet_pad(&packet, valid, n);
+    rtcOccluded16(valid, t->scene, &context, &packet);
+    for (uint32_t i = 0; i < n; i++) is_occluded[i] = packet.tfar[i] < 0.0f;
+}
+
 const char *embree_version(void)
 {
     return RTC_VERSION_STRING;

@@ -51,6 +51,13 @@ void accel_top_commit(struct accel_top *t);
 void accel_intersect(const struct accel_top *t, const struct ray *r, bool is_coherent,
                      struct hit *hit);
 
+/* Up to ACCEL_PACKET rays that are alike: primary rays, and their shadow rays. */
+enum { ACCEL_PACKET = 16 };
+void accel_intersect_packet(const struct accel_top *t, uint32_t n, const struct ray *const *rays,
+                            struct hit *const *hits);
+void accel_occluded_packet(const struct accel_top *t, uint32_t n, const struct ray *const *rays,
+                           bool *is_occluded);
+
 /* Anything between t_min and t_max? */
 bool accel_occluded(const struct accel_top *t, const struct ray *r);
 

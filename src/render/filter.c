@@ -62,7 +62,7 @@ float filter_eval(const struct filter *f, float x)
 /* Probability of a distance below x. */
 static float cumulative(const struct filter *f, float x)
 {
-    float r = f->radius, a = fminf(fabsf(x), r), half = 0.0f;
+    float r = f->radius, a = min_float(fabsf(x), r), half = 0.0f;
     switch (f->kind) {
     case FILTER_BOX:
         half = 0.5f * a / r;
@@ -76,7 +76,7 @@ static float cumulative(const struct filter *f, float x)
             if (step == 1) {
                 float low = f->table[i], high = f->table[i + 1];
                 half = ((float)i + (high > low ? (a - low) / (high - low) : 0.0f)) / 512.0f;
-                half = fminf(half, 0.5f);
+                half = min_float(half, 0.5f);
             }
         }
         break;
@@ -109,7 +109,7 @@ float filter_sample(const struct filter *f, float u, float low, float high)
         float a = low > -f->radius ? cumulative(f, low) : 0.0f;
         float b = high < f->radius ? cumulative(f, high) : 1.0f;
         float x = quantile(f, a + (b - a) * u);
-        return fminf(fmaxf(x, low), high);
+        return min_float(max_float(x, low), high);
     }
     return quantile(f, u);
 }

@@ -41,8 +41,8 @@ static inline float fresnel_conductor_1(float cos_i, float eta, float k)
 {
     float c2 = cos_i * cos_i, s2 = 1.0f - c2;
     float t = eta * eta - k * k - s2;
-    float a2b2 = sqrtf(fmaxf(0.0f, t * t + 4.0f * k * k * eta * eta));
-    float a = sqrtf(fmaxf(0.0f, 0.5f * (a2b2 + t)));
+    float a2b2 = sqrtf(max_float(0.0f, t * t + 4.0f * k * k * eta * eta));
+    float a = sqrtf(max_float(0.0f, 0.5f * (a2b2 + t)));
     float t1 = a2b2 + c2, t2 = 2.0f * cos_i * a;
     float rs = (t1 - t2) / (t1 + t2);
     float t3 = a2b2 * c2 + s2 * s2, t4 = t2 * s2;

@@ -51,11 +51,15 @@ static void sample_mesh(const struct light *l, const struct view_instance *insta
     if (!instance->is_identity) {
         p = transform_point(instance->to_world, p);
         n = transform_normal(instance->to_world, n);
-        ns = transform_normal(instance->to_world, ns);
+        if (shape->normals) ns = transform_normal(instance->to_world, ns);
     }
     n = vec3_normalize(n);
-    float length = vec3_length(ns);
-    ns = length > 1e-10f ? vec3_scale(ns, 1.0f / length) : n;
+    if (shape->normals) {
+        float length = vec3_length(ns);
+        ns = length > 1e-10f ? vec3_scale(ns, 1.0f / length) : n;
+    } else {
+        ns = n;
+    }
     s->p = p;
     s->n = shape->is_flipped ? vec3_neg(ns) : ns;
     s->pdf = 1.0f / (shape->total_area * area_scale(instance, n));
@@ -117,7 +121,7 @@ static void sphere_uv(const struct world_shape *shape, const struct view_instanc
                                                 transform_point_inverse(instance->to_world, s->p));
     float phi = atan2f(local.y, local.x) * (0.5f * MATH_INV_PI);
     s->u = phi < 0.0f ? phi + 1.0f : phi;
-    s->v = acosf(fminf(fmaxf(local.z / vec3_length(local), -1.0f), 1.0f)) * MATH_INV_PI;
+    s->v = acosf(min_float(max_float(local.z / vec3_length(local), -1.0f), 1.0f)) * MATH_INV_PI;
 }
 
 /* By area, for points inside and for ellipsoids. */
@@ -163,8 +167,8 @@ static bool sample_sphere_cone(const struct light *l, const struct view_instance
     float sin2 = h * (2.0f - h), cosine = 1.0f - h;
     float sin_max = sqrtf(sin_max2);
     /* The angle at the centre, between the axis to the reference and the point. */
-    float cos_alpha = sin2 / sin_max + cosine * sqrtf(fmaxf(0.0f, 1.0f - sin2 / sin_max2));
-    float sin_alpha = sqrtf(fmaxf(0.0f, 1.0f - cos_alpha * cos_alpha));
+    float cos_alpha = sin2 / sin_max + cosine * sqrtf(max_float(0.0f, 1.0f - sin2 / sin_max2));
+    float sin_alpha = sqrtf(max_float(0.0f, 1.0f - cos_alpha * cos_alpha));
     float sin_phi, cos_phi;
     warp_sincos_turn(u2, &sin_phi, &cos_phi);
     struct frame f = frame_from_normal(vec3_neg(vec3_normalize(to_center)));
@@ -255,7 +259,7 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
         float x = u1 * (float)n;
         index = (uint32_t)x;
         if (index >= n) index = n - 1;
-        u1 = fminf(x - (float)index, 0x1.fffffep-1f);
+        u1 = min_float(x - (float)index, 0x1.fffffep-1f);
     }
     const struct light *l = &v->lights[index];
     s->is_delta = s->is_infinite = false;

@@ -55,8 +55,8 @@ bool envmap_init(struct world_envmap *e, const struct bitmap *b, const float dec
 static struct vec2 grid_place(const struct world_envmap *e, struct vec3 d)
 {
     float u = atan2f(d.x, -d.z) * (0.5f * MATH_INV_PI) - 0.5f / (float)e->width;
-    float v = acosf(fminf(fmaxf(d.y, -1.0f), 1.0f)) * MATH_INV_PI;
-    u -= floorf(u);
+    float v = acosf(min_float(max_float(d.y, -1.0f), 1.0f)) * MATH_INV_PI;
+    u -= floor_float(u);
     return (struct vec2){u, v};
 }
 
@@ -78,7 +78,7 @@ struct vec3 envmap_eval(const struct world_envmap *e, struct vec3 d)
 /* d(place) / d(solid angle) = 1 / (2 pi^2 sin theta). */
 static float place_density(float sin_theta)
 {
-    return 1.0f / (2.0f * MATH_PI * MATH_PI * fmaxf(sin_theta, 1e-7f));
+    return 1.0f / (2.0f * MATH_PI * MATH_PI * max_float(sin_theta, 1e-7f));
 }
 
 struct vec3 envmap_sample(const struct world_envmap *e, float u, float v, float *pdf)

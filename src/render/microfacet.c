@@ -70,10 +70,10 @@ static float erf_inverse(float x)
 static struct vec2 visible_slope_beckmann(float cos_i, float u, float v)
 {
     const float inv_sqrt_pi = 0.56418958354775628695f;
-    float tan_i = sqrtf(fmaxf(0.0f, 1.0f - cos_i * cos_i)) / cos_i, cot_i = 1.0f / tan_i;
+    float tan_i = sqrtf(max_float(0.0f, 1.0f - cos_i * cos_i)) / cos_i, cot_i = 1.0f / tan_i;
     float most = erff(cot_i);
-    u = fmaxf(fminf(u, 1.0f - 1e-6f), 1e-6f);
-    v = fmaxf(fminf(v, 1.0f - 1e-6f), 1e-6f);
+    u = max_float(min_float(u, 1.0f - 1e-6f), 1e-6f);
+    v = max_float(min_float(v, 1.0f - 1e-6f), 1e-6f);
     float x = most - (most + 1.0f) * erff(sqrtf(-logf(u)));
     u *= 1.0f + most + inv_sqrt_pi * tan_i * expf(-square(cot_i));
     for (int i = 0; i < 3; i++) {
@@ -91,9 +91,9 @@ static struct vec3 visible_normal_ggx(struct vec3 wi, float u, float v)
 {
     struct vec2 p = warp_disk(u, v);
     float s = 0.5f * (1.0f + wi.z);
-    float rim = sqrtf(fmaxf(0.0f, 1.0f - p.x * p.x));
+    float rim = sqrtf(max_float(0.0f, 1.0f - p.x * p.x));
     p.y = rim + (p.y - rim) * s;
-    float z = sqrtf(fmaxf(0.0f, 1.0f - p.x * p.x - p.y * p.y));
+    float z = sqrtf(max_float(0.0f, 1.0f - p.x * p.x - p.y * p.y));
     float length2 = wi.x * wi.x + wi.y * wi.y;
     struct vec3 t1 = length2 > 0.0f ? vec3_scale(vec3(-wi.y, wi.x, 0.0f), 1.0f / sqrtf(length2))
                                     : vec3(1.0f, 0.0f, 0.0f);
@@ -108,7 +108,7 @@ struct vec3 microfacet_sample(const struct microfacet *f, struct vec3 wi, float 
     struct vec3 m;
     if (f->kind == MICROFACET_GGX) {
         struct vec3 n = visible_normal_ggx(stretched, u, v);
-        m = vec3_normalize(vec3(f->alpha_u * n.x, f->alpha_v * n.y, fmaxf(n.z, 1e-6f)));
+        m = vec3_normalize(vec3(f->alpha_u * n.x, f->alpha_v * n.y, max_float(n.z, 1e-6f)));
     } else {
         struct vec2 slope = visible_slope_beckmann(stretched.z, u, v);
         float sine = sqrtf(stretched.x * stretched.x + stretched.y * stretched.y);

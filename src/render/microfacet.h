@@ -18,7 +18,7 @@ struct microfacet {
 
 static inline struct microfacet microfacet(enum microfacet_kind kind, float alpha_u, float alpha_v)
 {
-    return (struct microfacet){kind, fmaxf(alpha_u, 1e-4f), fmaxf(alpha_v, 1e-4f)};
+    return (struct microfacet){kind, max_float(alpha_u, 1e-4f), max_float(alpha_v, 1e-4f)};
 }
 
 /* D(m): density of facets, per projected area and solid angle. */

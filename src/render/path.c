@@ -18,110 +18,113 @@ static inline float mis_weight(enum mis_kind kind, float a, float b)
     return isfinite(w) ? w : 0.0f;
 }
 
-/* What the path remembers of its last bounce. */
-struct last_bounce {
-    struct vec3 p;
-    float pdf;
-    bool is_delta; /* no light sample could have found the direction */
-};
-
 /* Light from around the scene that the ray runs into. */
 static struct vec3 environment_along(const struct view *v, const struct trace_settings *t,
-                                     const struct ray *r, const struct last_bounce *last)
+                                     struct vec3 d, float last_pdf, bool last_is_delta)
 {
     struct vec3 sum = {0};
     for (uint32_t i = v->first_environment; i < v->n_lights; i++) {
         const struct light *l = &v->lights[i];
         float w = 1.0f;
-        if (!last->is_delta) w = mis_weight(t->mis, last->pdf, light_environment_pdf(v, l, r->d));
-        sum = vec3_madd(sum, light_environment_radiance(v, l, r->d), w);
+        if (!last_is_delta) w = mis_weight(t->mis, last_pdf, light_environment_pdf(v, l, d));
+        sum = vec3_madd(sum, light_environment_radiance(v, l, d), w);
     }
     return sum;
 }
 
 /* Light of the surface that the ray has hit. */
-static struct vec3 surface_along(const struct view *v, const struct trace_settings *t,
-                                 const struct ray *r, const struct surface *s,
-                                 const struct last_bounce *last)
+static struct vec3 surface_along(const struct path *p, const struct view *v,
+                                 const struct trace_settings *t)
 {
-    struct vec3 radiance = light_surface_radiance(v, s, r->d);
-    if (last->is_delta || vec3_is_zero(radiance)) return radiance;
-    struct vec3 d = vec3_sub(s->p, last->p);
+    const struct surface *s = &p->surface;
+    struct vec3 radiance = light_surface_radiance(v, s, p->ray.d);
+    if (p->last_is_delta || vec3_is_zero(radiance)) return radiance;
+    struct vec3 d = vec3_sub(s->p, p->last_p);
     float distance = vec3_length(d);
-    float pdf = light_surface_pdf(v, last->p, s, vec3_scale(d, 1.0f / distance), distance);
-    return vec3_scale(radiance, mis_weight(t->mis, last->pdf, pdf));
+    float pdf = light_surface_pdf(v, p->last_p, s, vec3_scale(d, 1.0f / distance), distance);
+    return vec3_scale(radiance, mis_weight(t->mis, p->last_pdf, pdf));
 }
 
-/* Light that reaches the surface straight from a light chosen for it. */
-static struct vec3 direct_light(const struct view *v, const struct trace_settings *t,
-                                const struct surface *s, const struct bsdf_point *b, struct vec2 u)
+void path_start(struct path *p, const struct ray *primary)
 {
-    struct light_sample l;
-    struct vec3 none = {0}, value;
-    float pdf;
-    if (!light_sample(v, s->p, u.x, u.y, &l)) return none;
-    bsdf_eval(b, s->wi, frame_to_local(&s->frame, l.d), &value, &pdf);
-    if (vec3_is_zero(value) || vec3_is_zero(l.weight)) return none;
-    struct ray shadow = l.is_infinite ? surface_ray(s, l.d) : surface_ray_to(s, l.p);
-    if (accel_occluded(v->top, &shadow)) return none;
-    float w = l.is_delta ? 1.0f : mis_weight(t->mis, l.pdf, pdf);
-    return vec3_scale(vec3_mul(value, l.weight), w);
+    p->ray = *primary;
+    p->throughput = vec3_splat(1.0f);
+    p->radiance = vec3_splat(0.0f);
+    p->last_pdf = p->eta = 1.0f;
+    p->last_is_delta = true;
 }
 
-struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
-                          const struct ray *primary, const struct hit *first,
-                          struct sampler *sampler)
+bool path_arrive(struct path *p, const struct view *v, const struct trace_settings *t,
+                 int32_t depth)
 {
-    struct vec3 radiance = {0}, throughput = vec3_splat(1.0f);
-    struct last_bounce last = {.pdf = 1.0f, .is_delta = true};
-    struct ray ray = *primary;
-    struct hit hit = *first;
-    float eta = 1.0f; /* product of relative indices: undoes the scaling of radiance in roulette */
-    if (t->max_depth == 0) return radiance;
-
-    for (int32_t depth = 0;; depth++) {
-        bool shows_emitters = depth > 0 || !t->hide_emitters;
-        if (hit.shape == SCENE_NONE) {
-            if (shows_emitters && v->first_environment < v->n_lights)
-                radiance = vec3_add(radiance,
-                                    vec3_mul(throughput, environment_along(v, t, &ray, &last)));
-            break;
+    if (t->max_depth == 0) return false;
+    bool shows_emitters = depth > 0 || !t->hide_emitters;
+    if (p->hit.shape == SCENE_NONE) {
+        if (shows_emitters && v->first_environment < v->n_lights) {
+            struct vec3 around = environment_along(v, t, p->ray.d, p->last_pdf, p->last_is_delta);
+            p->radiance = vec3_add(p->radiance, vec3_mul(p->throughput, around));
         }
-        struct surface s;
-        surface_init(&s, v, &ray, &hit);
-        if (s.shape->emitter != SCENE_NONE && shows_emitters)
-            radiance = vec3_add(radiance,
-                                vec3_mul(throughput, surface_along(v, t, &ray, &s, &last)));
-        if (t->max_depth >= 0 && depth + 1 >= t->max_depth) break;
-
-        struct bsdf_point b;
-        bsdf_point_init(&b, v->materials, v->state.shape_bsdfs[s.shape->index], &v->textures, s.u,
-                        s.v, s.wi.z);
-        sampler_skip_to(sampler, DIMENSIONS_FILM + (uint32_t)depth * DIMENSIONS_BOUNCE);
-        struct vec2 u_light = sampler_next_2d(sampler);
-        if (b.lobes & LOBE_SMOOTH)
-            radiance = vec3_add(radiance,
-                                vec3_mul(throughput, direct_light(v, t, &s, &b, u_light)));
-
-        struct vec2 u_direction = sampler_next_2d(sampler);
-        float u_lobe = sampler_next_1d(sampler);
-        struct bsdf_sample bs = bsdf_sample(&b, s.wi, u_lobe, u_direction.x, u_direction.y);
-        throughput = vec3_mul(throughput, bs.weight);
-        float most = vec3_max(throughput);
-        if (!(most > 0.0f)) break;
-        eta *= bs.eta;
-
-        float u_roulette = sampler_next_1d(sampler);
-        if (depth + 1 >= t->rr_depth) {
-            float survival = fminf(most * eta * eta, 0.95f);
-            if (u_roulette >= survival) break;
-            throughput = vec3_scale(throughput, 1.0f / survival);
-        }
-        last = (struct last_bounce){s.p, bs.pdf, (bs.lobe & LOBE_DELTA) != 0};
-        ray = surface_ray(&s, frame_to_world(&s.frame, bs.wo));
-        accel_intersect(v->top, &ray, false, &hit);
+        return false;
     }
-    return radiance;
+    struct surface *s = &p->surface;
+    surface_init(s, v, &p->ray, &p->hit);
+    if (s->shape->emitter != SCENE_NONE && shows_emitters)
+        p->radiance = vec3_add(p->radiance, vec3_mul(p->throughput, surface_along(p, v, t)));
+    if (t->max_depth >= 0 && depth + 1 >= t->max_depth) return false;
+    bsdf_point_init(&p->bsdf, v->materials, v->state.shape_bsdfs[s->shape->index], &v->textures,
+                    s->u, s->v, s->wi.z);
+    return true;
+}
+
+bool path_connect(struct path *p, const struct view *v, const struct trace_settings *t,
+                  int32_t depth)
+{
+    sampler_skip_to(&p->sampler, DIMENSIONS_FILM + (uint32_t)depth * DIMENSIONS_BOUNCE);
+    struct vec2 u = sampler_next_2d(&p->sampler);
+    struct light_sample l;
+    struct vec3 value;
+    float pdf;
+    const struct surface *s = &p->surface;
+    if (!(p->bsdf.lobes & LOBE_SMOOTH) || !light_sample(v, s->p, u.x, u.y, &l)) return false;
+    bsdf_eval(&p->bsdf, s->wi, frame_to_local(&s->frame, l.d), &value, &pdf);
+    if (vec3_is_zero(value) || vec3_is_zero(l.weight)) return false;
+    float w = l.is_delta ? 1.0f : mis_weight(t->mis, l.pdf, pdf);
+    p->light = vec3_scale(vec3_mul(vec3_mul(value, l.weight), p->throughput), w);
+    p->shadow = l.is_infinite ? surface_ray(s, l.d) : surface_ray_to(s, l.p);
+    return true;
+}
+
+bool path_scatter(struct path *p, const struct trace_settings *t, int32_t depth)
+{
+    const struct surface *s = &p->surface;
+    struct vec2 u = sampler_next_2d(&p->sampler);
+    float u_lobe = sampler_next_1d(&p->sampler), u_roulette = sampler_next_1d(&p->sampler);
+    struct bsdf_sample bs = bsdf_sample(&p->bsdf, s->wi, u_lobe, u.x, u.y);
+    p->throughput = vec3_mul(p->throughput, bs.weight);
+    float most = vec3_max(p->throughput);
+    if (!(most > 0.0f)) return false;
+    p->eta *= bs.eta;
+    if (depth + 1 >= t->rr_depth) {
+        float survival = min_float(most * p->eta * p->eta, 0.95f);
+        if (u_roulette >= survival) return false;
+        p->throughput = vec3_scale(p->throughput, 1.0f / survival);
+    }
+    p->last_p = s->p;
+    p->last_pdf = bs.pdf;
+    p->last_is_delta = (bs.lobe & LOBE_DELTA) != 0;
+    p->ray = surface_ray(s, frame_to_world(&s->frame, bs.wo));
+    return true;
+}
+
+struct vec3 path_radiance(struct path *p, const struct view *v, const struct trace_settings *t)
+{
+    for (int32_t depth = 0; path_arrive(p, v, t, depth); depth++) {
+        if (path_connect(p, v, t, depth) && !accel_occluded(v->top, &p->shadow))
+            p->radiance = vec3_add(p->radiance, p->light);
+        if (!path_scatter(p, t, depth)) break;
+        accel_intersect(v->top, &p->ray, false, &p->hit);
+    }
+    return p->radiance;
 }
 
 static void put3(float *to, struct vec3 v)
@@ -152,10 +155,9 @@ void path_add_buffers(const struct view *v, const struct trace_settings *t,
                       const struct ray *primary, float offset, const struct hit *first,
                       float *buffers)
 {
-    const struct last_bounce camera = {.pdf = 1.0f, .is_delta = true};
     if (first->shape == SCENE_NONE) {
         if (!t->hide_emitters)
-            put3(buffers + BUFFER_EMISSION, environment_along(v, t, primary, &camera));
+            put3(buffers + BUFFER_EMISSION, environment_along(v, t, primary->d, 1.0f, true));
         return;
     }
     struct surface s;

@@ -48,7 +48,7 @@ static struct vec3 quadric_uv(struct surface *s, enum shape_kind kind, struct ve
     if (kind == SHAPE_SPHERE) {
         float length = vec3_length(local);
         s->u = phi;
-        s->v = acosf(fminf(fmaxf(local.z / length, -1.0f), 1.0f)) * MATH_INV_PI;
+        s->v = acosf(min_float(max_float(local.z / length, -1.0f), 1.0f)) * MATH_INV_PI;
         return vec3(-local.y, local.x, 0.0f);
     }
     float r = sqrtf(local.x * local.x + local.y * local.y);

@@ -27,7 +27,7 @@ void surface_init(struct surface *s, const struct view *v, const struct ray *r,
 /* A point beside the surface on the side of d, from which rays do not meet it again. */
 static inline struct vec3 surface_offset(const struct surface *s, struct vec3 d)
 {
-    float most = fmaxf(fabsf(s->p.x), fmaxf(fabsf(s->p.y), fabsf(s->p.z)));
+    float most = max_float(fabsf(s->p.x), max_float(fabsf(s->p.y), fabsf(s->p.z)));
     return vec3_madd(s->p, s->n, copysignf((1.0f + most) * SURFACE_RAY_EPSILON, vec3_dot(s->n, d)));
 }
 

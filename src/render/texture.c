@@ -11,19 +11,6 @@ void texture_decode_init(float decode[2][256])
     }
 }
 
-struct vec3 bitmap_texel(const struct bitmap *b, const float decode[256], uint32_t x, uint32_t y)
-{
-    size_t at = ((size_t)y * b->width + x) * b->n_channels;
-    if (b->u8) {
-        const uint8_t *p = b->u8 + at;
-        if (b->n_channels < 3) return vec3_splat(decode[p[0]]);
-        return vec3(decode[p[0]], decode[p[1]], decode[p[2]]);
-    }
-    const float *p = b->f32 + at;
-    if (b->n_channels < 3) return vec3_splat(p[0]);
-    return vec3(p[0], p[1], p[2]);
-}
-
 /* The column or row that index i stands for outside of 0 .. n-1. */
 static uint32_t wrap(int64_t i, uint32_t n, enum texture_wrap mode)
 {
@@ -44,11 +31,11 @@ static struct vec3 bitmap_eval(const struct texture_set *set, const struct textu
     /* Far outside, floats hold no fraction any more and integers would overflow. */
     if (!(fabsf(x) < 1e9f && fabsf(y) < 1e9f)) x = y = 0.0f;
     if (t->filter == TEXTURE_NEAREST)
-        return bitmap_texel(b, decode, wrap((int64_t)floorf(x), b->width, t->wrap),
-                            wrap((int64_t)floorf(y), b->height, t->wrap));
+        return bitmap_texel(b, decode, wrap((int64_t)floor_float(x), b->width, t->wrap),
+                            wrap((int64_t)floor_float(y), b->height, t->wrap));
     x -= 0.5f;
     y -= 0.5f;
-    float fx = floorf(x), fy = floorf(y);
+    float fx = floor_float(x), fy = floor_float(y);
     uint32_t x0 = wrap((int64_t)fx, b->width, t->wrap),
              x1 = wrap((int64_t)fx + 1, b->width, t->wrap),
              y0 = wrap((int64_t)fy, b->height, t->wrap),
@@ -67,7 +54,8 @@ struct vec3 texture_lookup(const struct texture_set *set, const struct texture *
     float x = t->to_uv[0][0] * u + t->to_uv[0][1] * v + t->to_uv[0][2];
     float y = t->to_uv[1][0] * u + t->to_uv[1][1] * v + t->to_uv[1][2];
     if (t->kind == TEXTURE_CHECKERBOARD) {
-        bool is_right = x - floorf(x) > 0.5f, is_upper = y - floorf(y) > 0.5f;
+        if (!(fabsf(x) < 1e9f && fabsf(y) < 1e9f)) x = y = 0.0f;
+        bool is_right = x - floor_float(x) > 0.5f, is_upper = y - floor_float(y) > 0.5f;
         return vec3_mul(is_right == is_upper ? t->color0 : t->color1, t->value);
     }
     return vec3_mul(bitmap_eval(set, t, x, y), t->value);

@@ -42,7 +42,19 @@ static inline struct vec3 texture_eval_or(const struct texture_set *set, uint32_
 }
 
 /* Texel (x, y) of a bitmap as RGB; grey pictures are spread, alpha is ignored. */
-struct vec3 bitmap_texel(const struct bitmap *b, const float decode[256], uint32_t x, uint32_t y);
+static inline struct vec3 bitmap_texel(const struct bitmap *b, const float decode[256], uint32_t x,
+                                       uint32_t y)
+{
+    size_t at = ((size_t)y * b->width + x) * b->n_channels;
+    bool is_grey = b->n_channels < 3;
+    if (b->u8) {
+        const uint8_t *p = b->u8 + at;
+        if (is_grey) return vec3_splat(decode[p[0]]);
+        return vec3(decode[p[0]], decode[p[1]], decode[p[2]]);
+    }
+    const float *p = b->f32 + at;
+    return is_grey ? vec3_splat(p[0]) : vec3(p[0], p[1], p[2]);
+}
 
 /* Average over the texture and its channels: a guide for sampling, not exact for large bitmaps. */
 float texture_mean(const struct texture_set *set, uint32_t index);

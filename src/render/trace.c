@@ -5,7 +5,7 @@
 #include "base/pool.h"
 #include "render/camera.h"
 #include "render/filter.h"
-#include "render/path.h"
+#include "render/stream.h"
 #include "render/view.h"
 
 enum { TILE = 32 };
@@ -69,55 +69,113 @@ static void store(float *to, size_t pixel, struct vec3 sum, float scale)
     to[3 * pixel + 2] = sum.z * scale;
 }
 
-/* Pixel (x, y) of the full picture, which is number `pixel` of the window. */
-static void trace_pixel(const struct job *j, uint32_t x, uint32_t y, size_t pixel)
+/* What a tile gathers before it is written out. */
+struct tile {
+    uint32_t x, y, width, height;     /* in the window */
+    struct vec3 sums[TILE * TILE][2]; /* of even and odd samples */
+    float buffers[TILE * TILE][BUFFER_CHANNELS];
+};
+
+/* Where a path of a stream belongs. */
+struct origin {
+    uint32_t pixel; /* of the tile */
+    uint32_t sample;
+    float offset; /* from the pinhole to the ray's start */
+};
+
+static void start_path(const struct job *j, const struct tile *tile, struct path *p,
+                       struct origin *o)
 {
     const struct trace_settings *t = &j->settings;
     const struct window *w = &j->window;
-    struct vec3 sums[2] = {0};
-    float buffers[BUFFER_CHANNELS] = {0};
+    uint32_t x = w->x + tile->x + o->pixel % tile->width;
+    uint32_t y = w->y + tile->y + o->pixel / tile->width;
     float cx = (float)x + 0.5f, cy = (float)y + 0.5f;
-    float right = (float)w->full_width - cx, bottom = (float)w->full_height - cy;
-    for (uint32_t i = 0; i < t->spp; i++) {
-        struct sampler sampler = sampler_start(t->sampler, t->seed, (uint64_t)y * w->full_width + x,
-                                               i);
-        struct vec2 u = sampler_next_2d(&sampler);
-        float px = cx + filter_sample(&j->filter, u.x, -cx, right);
-        float py = cy + filter_sample(&j->filter, u.y, -cy, bottom);
-        float offset;
-        struct ray ray = camera_ray(&j->camera, px, py, &offset);
-        struct hit hit;
-        accel_intersect(j->view->top, &ray, true, &hit);
-        if (j->out.buffers) {
-            path_add_buffers(j->view, t, &ray, offset, &hit, buffers);
-            if (i == 0 && hit.shape != SCENE_NONE) {
-                const struct view_instance *instance = &j->view->instances[hit.instance];
-                buffers[BUFFER_SHAPE_ID] = (float)(instance->shapes[hit.shape].index + 1);
-                buffers[BUFFER_PRIMITIVE_ID] = (float)hit.primitive;
-            }
-        }
-        if (!j->needs_light) continue;
-        struct vec3 radiance = path_radiance(j->view, t, &ray, &hit, &sampler);
-        /* A sample that is no number (a file's broken normals, an overflow) counts as black. */
-        if (vec3_is_finite(radiance)) sums[i & 1] = vec3_add(sums[i & 1], radiance);
-    }
-    float scale = 1.0f / (float)t->spp;
-    store(j->out.color, pixel, vec3_add(sums[0], sums[1]), scale);
-    store(j->out.half_a, pixel, sums[0], 2.0f * scale);
-    store(j->out.half_b, pixel, sums[1], 2.0f * scale);
-    if (!j->out.buffers) return;
-    for (int c = 0; c < BUFFER_SHAPE_ID; c++) buffers[c] *= scale;
-    memcpy(j->out.buffers + pixel * BUFFER_CHANNELS, buffers, sizeof buffers);
+    p->sampler = sampler_start(t->sampler, t->seed, (uint64_t)y * w->full_width + x, o->sample);
+    struct vec2 u = sampler_next_2d(&p->sampler);
+    float px = cx + filter_sample(&j->filter, u.x, -cx, (float)w->full_width - cx);
+    float py = cy + filter_sample(&j->filter, u.y, -cy, (float)w->full_height - cy);
+    struct ray ray = camera_ray(&j->camera, px, py, &o->offset);
+    path_start(p, &ray);
 }
 
-/* Columns [x0, x1) and rows [y0, y1) of the window. */
-static void trace_rectangle(const struct job *j, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
+static void add_buffers(const struct job *j, struct tile *tile, const struct path *p,
+                        const struct origin *o)
 {
+    const struct view *v = j->view;
+    float *buffers = tile->buffers[o->pixel];
+    path_add_buffers(v, &j->settings, &p->ray, o->offset, &p->hit, buffers);
+    if (o->sample != 0 || p->hit.shape == SCENE_NONE) return;
+    const struct view_instance *instance = &v->instances[p->hit.instance];
+    buffers[BUFFER_SHAPE_ID] = (float)(instance->shapes[p->hit.shape].index + 1);
+    buffers[BUFFER_PRIMITIVE_ID] = (float)p->hit.primitive;
+}
+
+/* Traces what the stream holds and adds it to the tile. */
+static void flush(const struct job *j, struct tile *tile, struct stream *s,
+                  const struct origin *origins)
+{
+    stream_cast(s, j->view);
+    if (j->out.buffers)
+        for (uint32_t i = 0; i < s->n; i++) add_buffers(j, tile, &s->paths[i], &origins[i]);
+    if (j->needs_light) {
+        stream_trace(s, j->view, &j->settings);
+        for (uint32_t i = 0; i < s->n; i++) {
+            struct vec3 *sum = &tile->sums[origins[i].pixel][origins[i].sample & 1];
+            struct vec3 radiance = s->paths[i].radiance;
+            /* A sample that is no number (broken normals in a file, an overflow) is black. */
+            if (vec3_is_finite(radiance)) *sum = vec3_add(*sum, radiance);
+        }
+    }
+    s->n = 0;
+}
+
+static void store_tile(const struct job *j, const struct tile *tile)
+{
+    float scale = 1.0f / (float)j->settings.spp;
+    for (uint32_t i = 0; i < tile->width * tile->height; i++) {
+        size_t pixel = (size_t)(tile->y + i / tile->width) * j->window.width + tile->x +
+                       i % tile->width;
+        const struct vec3 *sums = tile->sums[i];
+        store(j->out.color, pixel, vec3_add(sums[0], sums[1]), scale);
+        store(j->out.half_a, pixel, sums[0], 2.0f * scale);
+        store(j->out.half_b, pixel, sums[1], 2.0f * scale);
+        if (!j->out.buffers) continue;
+        float *to = j->out.buffers + pixel * BUFFER_CHANNELS;
+        memcpy(to, tile->buffers[i], sizeof tile->buffers[i]);
+        for (int c = 0; c < BUFFER_SHAPE_ID; c++) to[c] *= scale;
+    }
+}
+
+/* The tile whose top left pixel in the window is (x, y). */
+static void trace_tile(const struct job *j, uint32_t x, uint32_t y)
+{
+    const struct window *w = &j->window;
     unsigned before = _mm_getcsr();
     _mm_setcsr(before | FAST_FLOATS);
-    for (uint32_t y = y0; y < y1; y++)
-        for (uint32_t x = x0; x < x1; x++)
-            trace_pixel(j, j->window.x + x, j->window.y + y, (size_t)y * j->window.width + x);
+    struct tile tile;
+    struct stream stream;
+    struct origin origins[STREAM_SIZE];
+    tile.x = x;
+    tile.y = y;
+    tile.width = w->width - x < TILE ? w->width - x : TILE;
+    tile.height = w->height - y < TILE ? w->height - y : TILE;
+    memset(tile.sums, 0, sizeof tile.sums);
+    if (j->out.buffers) memset(tile.buffers, 0, sizeof tile.buffers);
+    stream.n = 0;
+    for (uint32_t pixel = 0; pixel < tile.width * tile.height; pixel++) {
+        for (uint32_t i = 0; i < j->settings.spp; i++) {
+            /* Packets start at the same samples of a pixel wherever the pixel is. */
+            if (stream.n + STREAM_PACKET > STREAM_SIZE && i % STREAM_PACKET == 0)
+                flush(j, &tile, &stream, origins);
+            struct origin *o = &origins[stream.n];
+            *o = (struct origin){.pixel = pixel, .sample = i};
+            struct path *p = stream_add(&stream, i % STREAM_PACKET == 0);
+            start_path(j, &tile, p, o);
+        }
+    }
+    flush(j, &tile, &stream, origins);
+    store_tile(j, &tile);
     _mm_setcsr(before);
 }
 
@@ -126,7 +184,8 @@ void view_trace(const struct view *v, const struct trace_settings *t, const stru
 {
     struct job j;
     job_init(&j, v, t, w, out);
-    trace_rectangle(&j, 0, 0, w->width, w->height);
+    for (uint32_t y = 0; y < w->height; y += TILE)
+        for (uint32_t x = 0; x < w->width; x += TILE) trace_tile(&j, x, y);
 }
 
 /* ---- In parallel ----------------------------------------------------------------------------- */
@@ -136,15 +195,12 @@ struct tiles {
     uint32_t columns, first;
 };
 
-static void trace_tile(void *ctx, uint32_t item, uint32_t worker)
+static void trace_item(void *ctx, uint32_t item, uint32_t worker)
 {
     const struct tiles *t = ctx;
-    const struct window *w = &t->job.window;
     uint32_t index = t->first + item;
-    uint32_t x = index % t->columns * TILE, y = index / t->columns * TILE;
     (void)worker;
-    trace_rectangle(&t->job, x, y, x + TILE < w->width ? x + TILE : w->width,
-                    y + TILE < w->height ? y + TILE : w->height);
+    trace_tile(&t->job, index % t->columns * TILE, index / t->columns * TILE);
 }
 
 lmn_status view_trace_parallel(const struct view *v, struct pool *pool,
@@ -161,7 +217,7 @@ lmn_status view_trace_parallel(const struct view *v, struct pool *pool,
     for (tiles.first = 0; tiles.first < n; tiles.first += run) {
         if (progress && progress(progress_user, tiles.first, n))
             return fail(err, LMN_ERR_CANCELLED, "tracing was cancelled");
-        pool_run(pool, n - tiles.first < run ? n - tiles.first : run, trace_tile, &tiles);
+        pool_run(pool, n - tiles.first < run ? n - tiles.first : run, trace_item, &tiles);
     }
     if (progress && progress(progress_user, n, n))
         return fail(err, LMN_ERR_CANCELLED, "tracing was cancelled");

@@ -17,6 +17,11 @@ def show(environment, *options):
         pass
     os.waitpid(pid, 0)
     return text.decode()
+try:
+    os.close(pty.openpty()[0])
+except OSError as error:
+    print("no pseudo-terminals here:", error)
+    sys.exit(77)
 colour = show({"TERM": "xterm"})
 plain = show({"TERM": "xterm", "NO_COLOR": "1"})
 print("\x1b[32m" in colour, "\x1b[32m" in plain, "trace [" in colour, "trace [" in plain)

@@ -27,8 +27,9 @@ void stream_cast(struct stream *s, const struct view *v)
 static void connect_packets(struct stream *s, const struct view *v, const uint8_t *connected,
                             uint32_t n_connected)
 {
-    uint32_t end = s->packet_end[0];
-    for (uint32_t i = 0, first = 0; i < n_connected; first = end, end = s->packet_end[first]) {
+    uint32_t i = 0, first = 0;
+    while (i < n_connected) { /* so there is a packet at `first` still */
+        uint32_t end = s->packet_end[first];
         const struct ray *rays[STREAM_PACKET];
         bool is_occluded[STREAM_PACKET];
         uint32_t n = 0;
@@ -42,6 +43,7 @@ static void connect_packets(struct stream *s, const struct view *v, const uint8_
             if (!is_occluded[k]) p->radiance = vec3_add(p->radiance, p->light);
         }
         i += n;
+        first = end;
     }
 }
 

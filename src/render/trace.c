@@ -111,6 +111,13 @@ static void add_buffers(const struct job *j, struct tile *tile, const struct pat
     buffers[BUFFER_PRIMITIVE_ID] = (float)p->hit.primitive;
 }
 
+/* A sample that is no number (broken normals in a file, an overflow) is black. */
+static void add_radiance(struct tile *tile, const struct origin *o, struct vec3 radiance)
+{
+    struct vec3 *sum = &tile->sums[o->pixel][o->sample & 1];
+    if (vec3_is_finite(radiance)) *sum = vec3_add(*sum, radiance);
+}
+
 /* Traces what the stream holds and adds it to the tile. */
 static void flush(const struct job *j, struct tile *tile, struct stream *s,
                   const struct origin *origins)
@@ -120,12 +127,7 @@ static void flush(const struct job *j, struct tile *tile, struct stream *s,
         for (uint32_t i = 0; i < s->n; i++) add_buffers(j, tile, &s->paths[i], &origins[i]);
     if (j->needs_light) {
         stream_trace(s, j->view, &j->settings);
-        for (uint32_t i = 0; i < s->n; i++) {
-            struct vec3 *sum = &tile->sums[origins[i].pixel][origins[i].sample & 1];
-            struct vec3 radiance = s->paths[i].radiance;
-            /* A sample that is no number (broken normals in a file, an overflow) is black. */
-            if (vec3_is_finite(radiance)) *sum = vec3_add(*sum, radiance);
-        }
+        for (uint32_t i = 0; i < s->n; i++) add_radiance(tile, &origins[i], s->paths[i].radiance);
     }
     s->n = 0;
 }
@@ -148,20 +150,25 @@ static void store_tile(const struct job *j, const struct tile *tile)
 }
 
 /* The tile whose top left pixel in the window is (x, y). */
-static void trace_tile(const struct job *j, uint32_t x, uint32_t y)
+static void start_tile(const struct job *j, struct tile *tile, uint32_t x, uint32_t y)
 {
     const struct window *w = &j->window;
+    tile->x = x;
+    tile->y = y;
+    tile->width = w->width - x < TILE ? w->width - x : TILE;
+    tile->height = w->height - y < TILE ? w->height - y : TILE;
+    memset(tile->sums, 0, sizeof tile->sums);
+    if (j->out.buffers) memset(tile->buffers, 0, sizeof tile->buffers);
+}
+
+static void trace_tile(const struct job *j, uint32_t x, uint32_t y)
+{
     unsigned before = _mm_getcsr();
     _mm_setcsr(before | FAST_FLOATS);
     struct tile tile;
     struct stream stream;
     struct origin origins[STREAM_SIZE];
-    tile.x = x;
-    tile.y = y;
-    tile.width = w->width - x < TILE ? w->width - x : TILE;
-    tile.height = w->height - y < TILE ? w->height - y : TILE;
-    memset(tile.sums, 0, sizeof tile.sums);
-    if (j->out.buffers) memset(tile.buffers, 0, sizeof tile.buffers);
+    start_tile(j, &tile, x, y);
     stream.n = 0;
     for (uint32_t pixel = 0; pixel < tile.width * tile.height; pixel++) {
         for (uint32_t i = 0; i < j->settings.spp; i++) {
@@ -186,6 +193,37 @@ void view_trace(const struct view *v, const struct trace_settings *t, const stru
     job_init(&j, v, t, w, out);
     for (uint32_t y = 0; y < w->height; y += TILE)
         for (uint32_t x = 0; x < w->width; x += TILE) trace_tile(&j, x, y);
+}
+
+/* ---- One path after another ------------------------------------------------------------------ */
+
+static void trace_tile_plain(const struct job *j, uint32_t x, uint32_t y)
+{
+    unsigned before = _mm_getcsr();
+    _mm_setcsr(before | FAST_FLOATS);
+    struct tile tile;
+    start_tile(j, &tile, x, y);
+    for (uint32_t pixel = 0; pixel < tile.width * tile.height; pixel++) {
+        for (uint32_t i = 0; i < j->settings.spp; i++) {
+            struct origin o = {.pixel = pixel, .sample = i};
+            struct path p;
+            start_path(j, &tile, &p, &o);
+            accel_intersect(j->view->top, &p.ray, true, &p.hit);
+            if (j->out.buffers) add_buffers(j, &tile, &p, &o);
+            if (j->needs_light) add_radiance(&tile, &o, path_radiance(&p, j->view, &j->settings));
+        }
+    }
+    store_tile(j, &tile);
+    _mm_setcsr(before);
+}
+
+void view_trace_plain(const struct view *v, const struct trace_settings *t, const struct window *w,
+                      struct trace_output *out)
+{
+    struct job j;
+    job_init(&j, v, t, w, out);
+    for (uint32_t y = 0; y < w->height; y += TILE)
+        for (uint32_t x = 0; x < w->width; x += TILE) trace_tile_plain(&j, x, y);
 }
 
 /* ---- In parallel ----------------------------------------------------------------------------- */

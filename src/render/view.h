@@ -85,6 +85,11 @@ struct trace_output {
 void view_trace(const struct view *v, const struct trace_settings *t, const struct window *w,
                 struct trace_output *out);
 
+/* The plain reference: the same picture, one path after another by path_radiance(), without packets
+ * or streams. Slower; tests compare view_trace() with it. */
+void view_trace_plain(const struct view *v, const struct trace_settings *t, const struct window *w,
+                      struct trace_output *out);
+
 /* The same with all workers of the pool, in tiles of 32x32. `progress` may be NULL; returns
  * LMN_ERR_CANCELLED when it asks to stop. */
 lmn_status view_trace_parallel(const struct view *v, struct pool *pool,

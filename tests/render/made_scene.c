@@ -22,6 +22,8 @@ struct made_scene *made_scene_new(void)
     s->shapes = m->shapes;
     s->groups = m->groups;
     s->bitmaps = m->bitmaps;
+    s->variables = m->variables;
+    s->bindings = m->bindings;
     s->defaults = (struct scene_state){.textures = m->textures,
                                        .bsdfs = m->bsdfs,
                                        .emitters = m->emitters,
@@ -44,6 +46,7 @@ void made_scene_free(struct made_scene *m)
     world_free(m->world);
     for (uint32_t i = 0; i < m->scene.n_meshes; i++) {
         mem_free(m->meshes[i].positions);
+        mem_free(m->meshes[i].normals);
         mem_free(m->meshes[i].uvs);
         mem_free(m->meshes[i].indices);
     }
@@ -77,6 +80,15 @@ uint32_t made_diffuse(struct made_scene *m, struct vec3 reflectance)
 {
     uint32_t b = made_bsdf(m, BSDF_DIFFUSE);
     m->bsdfs[b].reflectance = made_texture(m, reflectance);
+    return b;
+}
+
+uint32_t made_rough(struct made_scene *m, enum bsdf_kind kind, enum microfacet_kind distribution,
+                    float alpha)
+{
+    uint32_t b = made_bsdf(m, kind);
+    m->bsdfs[b].distribution = distribution;
+    m->bsdfs[b].alpha_u = m->bsdfs[b].alpha_v = made_texture(m, vec3_splat(alpha));
     return b;
 }
 
@@ -156,30 +168,79 @@ uint32_t made_disk(struct made_scene *m, const struct transform *to_group, uint3
     return add_shape(m, &s, bsdf);
 }
 
+uint32_t made_mesh(struct made_scene *m, uint32_t n_vertices, const float *positions,
+                   uint32_t n_triangles, const uint32_t *indices, uint32_t bsdf, uint32_t emitter)
+{
+    size_t n = (size_t)n_vertices * 3, n_indices = (size_t)n_triangles * 3;
+    struct mesh *mesh = &m->meshes[m->scene.n_meshes];
+    mesh->n_vertices = n_vertices;
+    mesh->n_triangles = n_triangles;
+    mesh->positions = must(mem_new(n + 4, sizeof(float))); /* padded for Embree */
+    mesh->indices = must(mem_new(n_indices + 4, sizeof(uint32_t)));
+    memcpy(mesh->positions, positions, n * sizeof(float));
+    memcpy(mesh->indices, indices, n_indices * sizeof(uint32_t));
+    struct shape s = {.kind = SHAPE_MESH,
+                      .mesh = m->scene.n_meshes++,
+                      .emitter = emitter,
+                      .to_group = transform_identity()};
+    return add_shape(m, &s, bsdf);
+}
+
 uint32_t made_quad(struct made_scene *m, struct vec3 p, struct vec3 a, struct vec3 b, uint32_t bsdf,
                    uint32_t emitter)
 {
     const struct vec3 corners[4] = {p, vec3_add(p, a), vec3_add(vec3_add(p, a), b), vec3_add(p, b)};
     static const float uvs[8] = {0, 0, 1, 0, 1, 1, 0, 1};
     static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
-    struct mesh *mesh = &m->meshes[m->scene.n_meshes];
-    mesh->n_vertices = 4;
-    mesh->n_triangles = 2;
-    mesh->positions = must(mem_new(4 * 3 + 4, sizeof(float)));
-    mesh->uvs = must(mem_new(4 * 2 + 4, sizeof(float)));
-    mesh->indices = must(mem_new(2 * 3 + 4, sizeof(uint32_t)));
+    float positions[4 * 3];
     for (int i = 0; i < 4; i++) {
-        mesh->positions[3 * i + 0] = corners[i].x;
-        mesh->positions[3 * i + 1] = corners[i].y;
-        mesh->positions[3 * i + 2] = corners[i].z;
+        positions[3 * i + 0] = corners[i].x;
+        positions[3 * i + 1] = corners[i].y;
+        positions[3 * i + 2] = corners[i].z;
     }
+    uint32_t shape = made_mesh(m, 4, positions, 2, indices, bsdf, emitter);
+    struct mesh *mesh = &m->meshes[m->scene.n_meshes - 1];
+    mesh->uvs = must(mem_new(4 * 2 + 4, sizeof(float)));
     memcpy(mesh->uvs, uvs, sizeof uvs);
-    memcpy(mesh->indices, indices, sizeof indices);
-    struct shape s = {.kind = SHAPE_MESH,
-                      .mesh = m->scene.n_meshes++,
-                      .emitter = emitter,
-                      .to_group = transform_identity()};
-    return add_shape(m, &s, bsdf);
+    return shape;
+}
+
+uint32_t made_variable(struct made_scene *m, uint32_t n_choices)
+{
+    struct variable *v = &m->variables[m->scene.n_variables];
+    *v = (struct variable){.name = "variable", .max = n_choices ? n_choices : 1};
+    v->n_choices = n_choices;
+    return m->scene.n_variables++;
+}
+
+void made_motion(struct made_scene *m, uint32_t instance, uint32_t variable, struct vec3 axis,
+                 struct vec3 pivot, float degrees, struct vec3 offset)
+{
+    uint32_t n = m->scene.n_bindings++;
+    struct binding_step *steps = &m->steps[2 * n]; /* the last applies first */
+    steps[0] = (struct binding_step){
+        .kind = STEP_TRANSLATE,
+        .drive = {{variable, 0, offset.x}, {variable, 0, offset.y}, {variable, 0, offset.z}}};
+    steps[1] = (struct binding_step){
+        .kind = STEP_ROTATE, .drive = {{variable, 0, degrees}}, .axis = axis, .pivot = pivot};
+    m->bindings[n] = (struct binding){.kind = BINDING_TRANSFORM,
+                                      .array = STATE_INSTANCES,
+                                      .index = instance,
+                                      .offset = offsetof(struct instance, to_world),
+                                      .steps = steps,
+                                      .n_steps = 2};
+}
+
+void made_visible(struct made_scene *m, uint32_t instance, uint32_t variable, uint32_t choice)
+{
+    uint32_t n = m->scene.n_bindings++;
+    m->conditions[n] = (struct binding_condition){variable, choice};
+    m->bindings[n] = (struct binding){.kind = BINDING_VISIBLE,
+                                      .array = STATE_INSTANCES,
+                                      .index = instance,
+                                      .offset = offsetof(struct instance, is_visible),
+                                      .conditions = &m->conditions[n],
+                                      .n_conditions = 1};
 }
 
 void made_camera(struct made_scene *m, struct vec3 origin, struct vec3 target, float fov,
@@ -194,6 +255,88 @@ void made_camera(struct made_scene *m, struct vec3 origin, struct vec3 target, f
                                                .far_clip = 1e4f};
     m->scene.settings.width = width;
     m->scene.settings.height = height;
+}
+
+/* A room of checkers, mirror and glossy walls. */
+static void add_room(struct made_scene *m)
+{
+    uint32_t checkers = made_diffuse(m, vec3_splat(1.0f));
+    m->textures[m->bsdfs[checkers].reflectance] = (struct texture){.kind = TEXTURE_CHECKERBOARD,
+                                                                   .value = vec3_splat(1.0f),
+                                                                   .color0 = vec3(0.7f, 0.6f, 0.4f),
+                                                                   .color1 = vec3(0.1f, 0.2f, 0.3f),
+                                                                   .to_uv = {{6, 0, 0}, {0, 6, 0}}};
+    uint32_t mirror = made_bsdf(m, BSDF_CONDUCTOR);
+    m->bsdfs[mirror].eta_texture = made_texture(m, vec3(0.2f, 0.9f, 1.1f));
+    m->bsdfs[mirror].k_texture = made_texture(m, vec3(3.9f, 2.4f, 2.2f));
+    uint32_t glossy = made_rough(m, BSDF_ROUGH_CONDUCTOR, MICROFACET_BECKMANN, 0.3f);
+    m->bsdfs[glossy].eta_texture = made_texture(m, vec3_splat(1.0f));
+    m->bsdfs[glossy].k_texture = made_texture(m, vec3(3, 4, 5));
+    m->bsdfs[glossy].alpha_v = made_texture(m, vec3_splat(0.1f)); /* anisotropic */
+    made_quad(m, vec3(-3, 0, 3), vec3(6, 0, 0), vec3(0, 0, -6), checkers, SCENE_NONE);
+    made_quad(m, vec3(-3, 0, -2), vec3(3, 0, 0), vec3(0, 3, 0), mirror, SCENE_NONE);
+    made_quad(m, vec3(0, 0, -2), vec3(3, 0, 0), vec3(0, 3, 0), made_twosided(m, glossy),
+              SCENE_NONE);
+}
+
+/* Two spheres and a half-open card: this group is there twice. */
+static void add_objects(struct made_scene *m)
+{
+    uint32_t mask = made_bsdf(m, BSDF_MASK), glass = made_bsdf(m, BSDF_DIELECTRIC);
+    m->bsdfs[mask].child[0] = made_twosided(m, made_diffuse(m, vec3(0.8f, 0.3f, 0.2f)));
+    m->bsdfs[mask].opacity = made_texture(m, vec3_splat(0.6f));
+    uint32_t frosted = made_rough(m, BSDF_ROUGH_DIELECTRIC, MICROFACET_GGX, 0.25f);
+    made_group(m);
+    made_sphere(m, vec3(-0.4f, 0.3f, 0), 0.3f, glass, SCENE_NONE);
+    made_sphere(m, vec3(0.4f, 0.3f, 0), 0.3f, frosted, SCENE_NONE);
+    made_quad(m, vec3(-0.5f, 0.65f, -0.4f), vec3(1, 0, 0), vec3(0, 0.4f, 0.3f), mask, SCENE_NONE);
+}
+
+/* A sphere and a disk that shine, and a mesh and a ball of plastic, turned together. */
+static void add_lamps(struct made_scene *m)
+{
+    uint32_t grey = made_diffuse(m, vec3_splat(0.5f)), plastic = made_bsdf(m, BSDF_PLASTIC);
+    m->bsdfs[plastic].reflectance = made_texture(m, vec3(0.1f, 0.3f, 0.6f));
+    m->bsdfs[plastic].is_nonlinear = true;
+    uint32_t ball = made_emitter(m, EMITTER_AREA, vec3(4, 3, 2));
+    uint32_t dish = made_emitter(m, EMITTER_AREA, vec3(1, 2, 4));
+    uint32_t tile = made_emitter(m, EMITTER_AREA, vec3(3, 3, 3));
+    struct transform down = transform_rotate(vec3(1, 0, 0), 110), up, place;
+    up = transform_translate(vec3(0.9f, 1.8f, 0.2f));
+    place = transform_mul(&up, &down);
+    made_group(m);
+    made_sphere(m, vec3(-1.2f, 1.3f, -0.5f), 0.25f, grey, ball);
+    made_disk(m, &place, grey, dish);
+    made_quad(m, vec3(-0.4f, 2.2f, -0.2f), vec3(0.5f, 0, 0), vec3(0, 0, 0.4f), grey, tile);
+    made_sphere(m, vec3(0, 0.25f, 0.8f), 0.25f, plastic, SCENE_NONE);
+}
+
+struct made_scene *made_all_kinds(uint32_t width, uint32_t height)
+{
+    struct made_scene *m = made_scene_new();
+    float sky[8 * 4 * 3];
+    for (int i = 0; i < 8 * 4 * 3; i++) sky[i] = i == 30 ? 9.0f : 0.1f * (float)(i * 7 % 5);
+    struct transform turn = transform_rotate(vec3(0, 1, 0), 40), move, scale;
+    uint32_t map = made_emitter(m, EMITTER_ENVMAP, vec3_splat(1.0f));
+    m->emitters[map].bitmap = made_bitmap(m, 8, 4, sky);
+    m->emitters[map].to_world = turn;
+    m->emitters[map].scale = 0.5f;
+    made_emitter(m, EMITTER_CONSTANT, vec3(0.1f, 0.15f, 0.2f));
+    made_point(m, vec3(1.5f, 2.5f, 2), vec3(4, 4, 3));
+    add_room(m);
+    add_objects(m);
+    scale = transform_scale(vec3(1.3f, 0.9f, 1.3f));
+    scale = transform_mul(&turn, &scale);
+    move = transform_translate(vec3(-1.1f, 0, -0.8f));
+    move = transform_mul(&move, &scale);
+    made_instance(m, 1, &move);
+    move = transform_translate(vec3(0.9f, 0, 0.3f));
+    made_instance(m, 1, &move);
+    add_lamps(m);
+    turn = transform_rotate(vec3(0, 1, 0), -25);
+    made_instance(m, 2, &turn);
+    made_camera(m, vec3(0.3f, 1.4f, 4.5f), vec3(0, 0.8f, 0), 45, width, height);
+    return m;
 }
 
 struct view *made_view(struct made_scene *m)

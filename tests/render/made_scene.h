@@ -3,10 +3,11 @@
 #define TESTS_RENDER_MADE_SCENE_H
 
 #include "render/view.h"
+#include "scene/binding.h"
 
 /*
- * Small scenes made in code: fixed room for a few objects, one group per made_group() call, no
- * variables. Freed by made_scene_free().
+ * Small scenes made in code: fixed room for a few objects, one group per made_group() call. Freed
+ * by made_scene_free().
  *
  *   struct made_scene *m = made_scene_new();
  *   uint32_t grey = made_diffuse(m, vec3_splat(.5f));
@@ -28,6 +29,10 @@ struct made_scene {
     struct group groups[MADE_MAX];
     struct mesh meshes[MADE_MAX];
     struct bitmap bitmaps[MADE_MAX];
+    struct variable variables[MADE_MAX];
+    struct binding bindings[MADE_MAX];
+    struct binding_step steps[MADE_MAX]; /* two per binding at most */
+    struct binding_condition conditions[MADE_MAX];
     uint32_t shape_bsdfs[MADE_MAX];
 };
 
@@ -37,6 +42,8 @@ void made_scene_free(struct made_scene *m);
 uint32_t made_texture(struct made_scene *m, struct vec3 value);
 uint32_t made_bsdf(struct made_scene *m, enum bsdf_kind kind); /* all indices SCENE_NONE, eta 1.5 */
 uint32_t made_diffuse(struct made_scene *m, struct vec3 reflectance);
+uint32_t made_rough(struct made_scene *m, enum bsdf_kind kind, enum microfacet_kind distribution,
+                    float alpha);
 uint32_t made_twosided(struct made_scene *m, uint32_t child);
 uint32_t made_emitter(struct made_scene *m, enum emitter_kind kind, struct vec3 radiance);
 uint32_t made_point(struct made_scene *m, struct vec3 position, struct vec3 intensity);
@@ -52,11 +59,26 @@ uint32_t made_disk(struct made_scene *m, const struct transform *to_group, uint3
 /* The parallelogram p, p + a, p + a + b, p + b; normal along a x b. */
 uint32_t made_quad(struct made_scene *m, struct vec3 p, struct vec3 a, struct vec3 b, uint32_t bsdf,
                    uint32_t emitter);
+/* Copies positions [n_vertices][3] and indices [n_triangles][3]; neither normals nor uvs. */
+uint32_t made_mesh(struct made_scene *m, uint32_t n_vertices, const float *positions,
+                   uint32_t n_triangles, const uint32_t *indices, uint32_t bsdf, uint32_t emitter);
 void made_group(struct made_scene *m);
 uint32_t made_instance(struct made_scene *m, uint32_t group, const struct transform *to_world);
 
+/* A variable; n_choices 0: continuous, in [0,1]. What it drives: an instance that turns about an
+ * axis through `pivot` from 0 to `degrees`, then moves from 0 to `offset`; one that is seen when
+ * the variable takes the choice. */
+uint32_t made_variable(struct made_scene *m, uint32_t n_choices);
+void made_motion(struct made_scene *m, uint32_t instance, uint32_t variable, struct vec3 axis,
+                 struct vec3 pivot, float degrees, struct vec3 offset);
+void made_visible(struct made_scene *m, uint32_t instance, uint32_t variable, uint32_t choice);
+
 void made_camera(struct made_scene *m, struct vec3 origin, struct vec3 target, float fov,
                  uint32_t width, uint32_t height);
+
+/* Every kind of bsdf, shape and emitter, nested and plain, in three groups of which one is there
+ * twice, turned and scaled; seen by a camera, without a view yet. */
+struct made_scene *made_all_kinds(uint32_t width, uint32_t height);
 
 /* World and view; they belong to m. */
 struct view *made_view(struct made_scene *m);

@@ -31,13 +31,21 @@ static double gaussian_quantile(const struct filter *f, double goal, double low)
     return x;
 }
 
+/* The table's steps: probability of a smaller |x| at step i. What is left falls with the square of
+ * the steps to the end, so that they follow the gaussian's tail. */
+static double below_step(double i)
+{
+    double rest = 1.0 - i / 256.0;
+    return 1.0 - rest * rest;
+}
+
 void filter_init(struct filter *f, enum filter_kind kind, float radius, float stddev)
 {
     *f = (struct filter){.kind = kind, .radius = radius, .stddev = stddev};
     if (kind != FILTER_GAUSSIAN) return;
     double total = gaussian_integral(f, radius);
     for (int i = 1; i < 256; i++)
-        f->table[i] = (float)gaussian_quantile(f, total * i / 256.0, f->table[i - 1]);
+        f->table[i] = (float)gaussian_quantile(f, total * below_step(i), f->table[i - 1]);
     f->table[256] = radius;
 }
 
@@ -75,8 +83,8 @@ static float cumulative(const struct filter *f, float x)
             if (f->table[i + step] <= a) i += step;
             if (step == 1) {
                 float low = f->table[i], high = f->table[i + 1];
-                half = ((float)i + (high > low ? (a - low) / (high - low) : 0.0f)) / 512.0f;
-                half = min_float(half, 0.5f);
+                float at = (float)i + (high > low ? (a - low) / (high - low) : 0.0f);
+                half = 0.5f * (float)below_step(min_float(at, 256.0f));
             }
         }
         break;
@@ -93,7 +101,7 @@ static float quantile(const struct filter *f, float u)
     case FILTER_TENT:
         return r * warp_tent(u);
     case FILTER_GAUSSIAN: {
-        float part = fabsf(2.0f * u - 1.0f) * 256.0f;
+        float rest = 2.0f * (u < 0.5f ? u : 1.0f - u), part = 256.0f * (1.0f - sqrtf(rest));
         int i = (int)part;
         if (i > 255) i = 255;
         float x = f->table[i] + (f->table[i + 1] - f->table[i]) * (part - (float)i);

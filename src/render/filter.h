@@ -12,7 +12,7 @@
 struct filter {
     enum filter_kind kind;
     float radius, stddev;
-    float table[257]; /* gaussian: quantiles of |x|, at even steps of probability */
+    float table[257]; /* gaussian: quantiles of |x|, at steps that get finer in the tail */
 };
 
 void filter_init(struct filter *f, enum filter_kind kind, float radius, float stddev);

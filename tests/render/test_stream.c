@@ -5,85 +5,33 @@
  * to rounding, and the means agree. */
 #include <glob.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "base/mem.h"
 #include "made_scene.h"
+#include "picture.h"
 
 #include "../image/cmocka_all.h" /* last: its macro fail() hides ours */
-
-struct picture {
-    float *color, *half_b, *buffers;
-    size_t n_pixels;
-};
-
-typedef void trace_fn(const struct view *v, const struct trace_settings *t, const struct window *w,
-                      struct trace_output *out);
-
-static struct picture trace(trace_fn *fn, const struct view *v, const struct trace_settings *t,
-                            uint32_t width, uint32_t height)
-{
-    struct picture p = {.n_pixels = (size_t)width * height};
-    p.color = mem_new(p.n_pixels, 3 * sizeof(float));
-    p.half_b = mem_new(p.n_pixels, 3 * sizeof(float));
-    p.buffers = mem_new(p.n_pixels, BUFFER_CHANNELS * sizeof(float));
-    assert_true(p.color && p.half_b && p.buffers);
-    const struct window w = {width, height, 0, 0, width, height};
-    struct trace_output out = {.color = p.color, .half_b = p.half_b, .buffers = p.buffers};
-    fn(v, t, &w, &out);
-    return p;
-}
-
-static void release(struct picture *p)
-{
-    mem_free(p->color);
-    mem_free(p->half_b);
-    mem_free(p->buffers);
-}
-
-/* The part of pixels that differ in some channel by more than `relative`. */
-static double different(const float *a, const float *b, size_t n_pixels, int n_channels,
-                        double relative)
-{
-    size_t n = 0;
-    for (size_t i = 0; i < n_pixels; i++) {
-        for (int c = 0; c < n_channels; c++) {
-            double x = a[i * (size_t)n_channels + (size_t)c],
-                   y = b[i * (size_t)n_channels + (size_t)c];
-            if (fabs(x - y) <= relative * fmax(fabs(y), 1e-3)) continue;
-            n++;
-            break;
-        }
-    }
-    return (double)n / (double)n_pixels;
-}
-
-static double mean(const float *a, size_t n)
-{
-    double sum = 0;
-    for (size_t i = 0; i < n; i++) sum += a[i];
-    return sum / (double)n;
-}
 
 /* What the comment above says, in numbers: at most 1 % of pixels differ by more than 1e-4, and the
  * means by 1e-3. A picture without light would agree with anything. */
 static void compare(const char *name, const struct view *v, const struct trace_settings *t,
                     uint32_t width, uint32_t height)
 {
-    struct picture a = trace(view_trace, v, t, width, height);
-    struct picture b = trace(view_trace_plain, v, t, width, height);
-    double colors = different(a.color, b.color, a.n_pixels, 3, 1e-4);
-    double halves = different(a.half_b, b.half_b, a.n_pixels, 3, 1e-4);
-    double buffers = different(a.buffers, b.buffers, a.n_pixels, BUFFER_CHANNELS, 1e-4);
+    struct window w = picture_whole(width, height);
+    struct picture a = picture_trace(view_trace, v, t, &w);
+    struct picture b = picture_trace(view_trace_plain, v, t, &w);
+    double colors = picture_different(a.color, b.color, a.n_pixels, 3, 1e-4);
+    double halves = picture_different(a.half_b, b.half_b, a.n_pixels, 3, 1e-4);
+    double buffers = picture_different(a.buffers, b.buffers, a.n_pixels, BUFFER_CHANNELS, 1e-4);
     if (colors > 0.01 || halves > 0.01 || buffers > 0.01)
         fail_msg("%s, %u samples: %.2f %% of pixels differ (half: %.2f %%, buffers: %.2f %%)", name,
                  t->spp, 100 * colors, 100 * halves, 100 * buffers);
-    double mean_a = mean(a.color, 3 * a.n_pixels), mean_b = mean(b.color, 3 * b.n_pixels);
+    double mean_a = picture_mean(a.color, 3 * a.n_pixels),
+           mean_b = picture_mean(b.color, 3 * b.n_pixels);
     if (!(mean_b > 0.01) || fabs(mean_a - mean_b) > 1e-3 * mean_b)
         fail_msg("%s, %u samples: mean %g instead of %g", name, t->spp, mean_a, mean_b);
-    release(&a);
-    release(&b);
+    picture_release(&a);
+    picture_release(&b);
 }
 
 static const char *base_name(const char *path)
@@ -101,9 +49,9 @@ static void files(void **state)
     assert_true(found.gl_pathc >= 30);
     for (size_t i = 0; i < found.gl_pathc; i++) {
         struct scene_load_options options = {0};
-        struct scene *s;
-        struct world *w;
-        struct view *v;
+        struct scene *s = NULL;
+        struct world *w = NULL;
+        struct view *v = NULL;
         struct error err = {""};
         if (scene_load(found.gl_pathv[i], &options, &s, &err) || world_new(s, &w, &err) ||
             view_new(w, &v, &err))

@@ -41,6 +41,7 @@ lmn_status lmn_scene_load(lmn_context *context, const char *path, const lmn_scen
         status = fail_memory(err, "the scene");
         goto done;
     }
+    s->cache->cpu = context->cpu;
     TRY(keep_origin(s, path, &o, err));
     TRY(scene_load(path, &load, &s->scene, err));
     s->cache->u = mem_new(s->scene->n_variables + 1u, sizeof *s->cache->u);
@@ -75,7 +76,7 @@ void lmn_scene_free(lmn_scene *scene)
 lmn_status scene_world(const lmn_scene *scene, struct error *err)
 {
     if (scene->cache->world) return LMN_OK;
-    return world_new(scene->scene, &scene->cache->world, err);
+    return world_new(scene->scene, scene->cache->cpu, &scene->cache->world, err);
 }
 
 lmn_status scene_view(const lmn_scene *scene, struct error *err)

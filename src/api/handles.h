@@ -35,6 +35,7 @@ struct view;
 /* What tracing needs beside the scene; made at the first call that needs it, as listing variables
  * needs no acceleration structure. */
 struct scene_cache {
+    uint32_t cpu; /* the context's */
     struct world *world;
     struct view *view; /* for lmn_scene_trace() */
     float *u;          /* [n_variables], from the start: a configuration for the call under way */

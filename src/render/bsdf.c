@@ -61,6 +61,18 @@ static void find_needs(struct material *m, const struct bsdf *bsdfs, uint32_t in
         find_needs(m, bsdfs, b->child[1], textures, depth + 1);
 }
 
+/* Sees whether the material is plain. */
+static void find_plain(struct material *m, const struct bsdf *bsdfs,
+                       const struct texture_set *textures)
+{
+    const struct bsdf *b = m->bsdf;
+    m->is_twosided = b->kind == BSDF_TWOSIDED;
+    if (m->is_twosided && b->child[1] != SCENE_NONE && b->child[1] != b->child[0]) return;
+    if (m->is_twosided) b = &bsdfs[b->child[0]];
+    m->is_plain = b->kind == BSDF_DIFFUSE && !m->has_uv;
+    if (m->is_plain) m->reflectance = textures->textures[b->reflectance].value;
+}
+
 void material_init(struct material *materials, const struct bsdf *bsdfs, uint32_t n_bsdfs,
                    const struct texture_set *textures)
 {
@@ -69,6 +81,7 @@ void material_init(struct material *materials, const struct bsdf *bsdfs, uint32_
         struct material *m = &materials[i];
         *m = (struct material){.bsdf = b, .lobes = lobes_of(bsdfs, i, 0)};
         find_needs(m, bsdfs, i, textures, 0);
+        find_plain(m, bsdfs, textures);
         if (b->kind == BSDF_PLASTIC) {
             m->internal_reflection = fresnel_diffuse_reflectance(1.0f / b->eta);
             float base = texture_mean(textures, b->reflectance), coat = 1.0f;

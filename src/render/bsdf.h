@@ -33,6 +33,9 @@ struct material {
     float internal_reflection; /* plastic: diffuse Fresnel reflectance from inside */
     bool has_uv;               /* some texture varies */
     bool has_direction;        /* anisotropic: the shading frame must follow dp/du */
+    /* Diffuse of one colour, perhaps the same from both sides: needs no bsdf_point. */
+    bool is_plain, is_twosided;
+    struct vec3 reflectance;
 };
 
 struct bsdf_point {

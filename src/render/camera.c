@@ -39,12 +39,3 @@ void camera_init(struct camera *c, const struct sensor *s, uint32_t width, uint3
     c->near_clip = s->near_clip;
     c->far_clip = s->far_clip;
 }
-
-struct ray camera_ray(const struct camera *c, float x, float y, float *offset)
-{
-    struct vec3 d = vec3_normalize(vec3_madd(vec3_madd(c->corner, c->step_x, x), c->step_y, y));
-    float inverse = 1.0f / vec3_dot(d, c->ahead);
-    float near = c->near_clip * inverse, far = c->far_clip * inverse;
-    *offset = near;
-    return (struct ray){vec3_madd(c->origin, d, near), 0.0f, d, far - near};
-}

@@ -16,6 +16,13 @@ void camera_init(struct camera *c, const struct sensor *s, uint32_t width, uint3
 
 /* The ray through (x, y) in pixels from the picture's top left corner; *offset is how far from the
  * pinhole it starts (the near plane). */
-struct ray camera_ray(const struct camera *c, float x, float y, float *offset);
+static inline struct ray camera_ray(const struct camera *c, float x, float y, float *offset)
+{
+    struct vec3 d = vec3_normalize(vec3_madd(vec3_madd(c->corner, c->step_x, x), c->step_y, y));
+    float inverse = 1.0f / vec3_dot(d, c->ahead);
+    float near = c->near_clip * inverse, far = c->far_clip * inverse;
+    *offset = near;
+    return (struct ray){vec3_madd(c->origin, d, near), 0.0f, d, far - near};
+}
 
 #endif

@@ -225,7 +225,7 @@ static lmn_status build_group(struct accel *a, uint32_t index, struct error *err
     return LMN_OK;
 }
 
-lmn_status accel_new(const struct scene *scene, struct accel **out, struct error *err)
+lmn_status accel_new(const struct scene *scene, uint32_t cpu, struct accel **out, struct error *err)
 {
     lmn_status status = LMN_OK;
     struct accel *a = mem_new(1, sizeof *a);
@@ -236,8 +236,7 @@ lmn_status accel_new(const struct scene *scene, struct accel **out, struct error
     a->quadrics = mem_new(scene->n_shapes, sizeof *a->quadrics);
     /* Triangles in fours under an eight-wide tree: on veach-ajar a quarter faster than what Embree
      * chooses by itself. It needs AVX. */
-    a->device = rtcNewDevice(cpu_detect() & CPU_AVX2 ? "threads=1,tri_accel=bvh8.triangle4"
-                                                     : "threads=1");
+    a->device = rtcNewDevice(cpu & CPU_AVX2 ? "threads=1,tri_accel=bvh8.triangle4" : "threads=1");
     if (!a->device) {
         status = fail(err, LMN_ERR_DEVICE, "cannot start Embree (error %d)",
                       (int)rtcGetDeviceError(NULL));
@@ -347,13 +346,10 @@ void accel_top_commit(struct accel_top *t)
 
 /* ---- Rays ------------------------------------------------------------------------------------ */
 
-void accel_intersect(const struct accel_top *t, const struct ray *r, bool is_coherent,
-                     struct hit *hit)
+void accel_intersect(const struct accel_top *t, const struct ray *r, struct hit *hit)
 {
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
-    context.flags = is_coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
-                                : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
     struct RTCRayHit rh;
     rh.ray = (struct RTCRay){.org_x = r->o.x,
                              .org_y = r->o.y,
@@ -397,54 +393,58 @@ bool accel_occluded(const struct accel_top *t, const struct ray *r)
     return ray.tfar < 0.0f;
 }
 
-/* Lane i of a packet's rays. */
-static void packet_set(struct RTCRay16 *to, int *valid, uint32_t i, const struct ray *r)
+static struct ray ray_of_lane(const struct accel_rays *r, uint32_t i)
 {
-    valid[i] = -1;
-    to->org_x[i] = r->o.x;
-    to->org_y[i] = r->o.y;
-    to->org_z[i] = r->o.z;
-    to->tnear[i] = r->t_min;
-    to->dir_x[i] = r->d.x;
-    to->dir_y[i] = r->d.y;
-    to->dir_z[i] = r->d.z;
-    to->tfar[i] = r->t_max;
-    to->time[i] = 0.0f;
-    to->mask[i] = UINT32_MAX;
-    to->id[i] = i;
-    to->flags[i] = 0;
+    return (struct ray){vec3(r->o[0][i], r->o[1][i], r->o[2][i]), 0.0f,
+                        vec3(r->d[0][i], r->d[1][i], r->d[2][i]), r->t_max[i]};
 }
 
-/* Lanes from n on: not valid, but with numbers that do no harm. */
-static void packet_pad(struct RTCRay16 *to, int *valid, uint32_t n)
+/* Fills a packet; lanes from n on are not valid, but hold numbers that do no harm. */
+static void packet_init(struct RTCRay16 *to, int *valid, const struct accel_rays *r,
+                        const uint32_t *lanes, uint32_t n)
 {
-    static const struct ray nothing = {.d = {0, 0, 1}, .t_max = -1};
-    for (uint32_t i = n; i < ACCEL_PACKET; i++) {
-        packet_set(to, valid, i, &nothing);
-        valid[i] = 0;
+    uint32_t from[ACCEL_PACKET];
+    for (uint32_t i = 0; i < ACCEL_PACKET; i++) from[i] = lanes[i < n ? i : 0];
+    for (uint32_t i = 0; i < ACCEL_PACKET; i++) {
+        uint32_t k = from[i];
+        valid[i] = i < n ? -1 : 0;
+        to->org_x[i] = r->o[0][k];
+        to->org_y[i] = r->o[1][k];
+        to->org_z[i] = r->o[2][k];
+        to->tnear[i] = 0.0f;
+        to->dir_x[i] = r->d[0][k];
+        to->dir_y[i] = r->d[1][k];
+        to->dir_z[i] = r->d[2][k];
+        to->tfar[i] = r->t_max[k];
+        to->time[i] = 0.0f;
+        to->mask[i] = UINT32_MAX;
+        to->id[i] = i;
+        to->flags[i] = 0;
     }
 }
 
 /* Packets leave Embree's flag for coherent rays alone: its frustum traversal never came back from
  * the shadow rays of a plane under a square light (3.13.5, test_path's area_light). */
-void accel_intersect_packet(const struct accel_top *t, uint32_t n, const struct ray *const *rays,
-                            struct hit *const *hits)
+void accel_intersect_packet(const struct accel_top *t, const struct accel_rays *rays,
+                            const uint32_t *lanes, uint32_t n, struct hit *hits)
 {
     if (n < 4) { /* does not pay */
-        for (uint32_t i = 0; i < n; i++) accel_intersect(t, rays[i], true, hits[i]);
+        for (uint32_t i = 0; i < n; i++) {
+            struct ray r = ray_of_lane(rays, lanes[i]);
+            accel_intersect(t, &r, &hits[lanes[i]]);
+        }
         return;
     }
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     struct RTCRayHit16 rh;
     _Alignas(64) int valid[ACCEL_PACKET];
-    for (uint32_t i = 0; i < n; i++) packet_set(&rh.ray, valid, i, rays[i]);
-    packet_pad(&rh.ray, valid, n);
+    packet_init(&rh.ray, valid, rays, lanes, n);
     for (uint32_t i = 0; i < ACCEL_PACKET; i++)
         rh.hit.geomID[i] = rh.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect16(valid, t->scene, &context, &rh);
     for (uint32_t i = 0; i < n; i++) {
-        struct hit *hit = hits[i];
+        struct hit *hit = &hits[lanes[i]];
         hit->t = rh.ray.tfar[i];
         if (rh.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
             hit->shape = SCENE_NONE;
@@ -459,21 +459,23 @@ void accel_intersect_packet(const struct accel_top *t, uint32_t n, const struct 
     }
 }
 
-void accel_occluded_packet(const struct accel_top *t, uint32_t n, const struct ray *const *rays,
-                           bool *is_occluded)
+void accel_occluded_packet(const struct accel_top *t, const struct accel_rays *rays,
+                           const uint32_t *lanes, uint32_t n, bool *is_occluded)
 {
     if (n < 4) {
-        for (uint32_t i = 0; i < n; i++) is_occluded[i] = accel_occluded(t, rays[i]);
+        for (uint32_t i = 0; i < n; i++) {
+            struct ray r = ray_of_lane(rays, lanes[i]);
+            is_occluded[lanes[i]] = accel_occluded(t, &r);
+        }
         return;
     }
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     struct RTCRay16 packet;
     _Alignas(64) int valid[ACCEL_PACKET];
-    for (uint32_t i = 0; i < n; i++) packet_set(&packet, valid, i, rays[i]);
-    packet_pad(&packet, valid, n);
+    packet_init(&packet, valid, rays, lanes, n);
     rtcOccluded16(valid, t->scene, &context, &packet);
-    for (uint32_t i = 0; i < n; i++) is_occluded[i] = packet.tfar[i] < 0.0f;
+    for (uint32_t i = 0; i < n; i++) is_occluded[lanes[i]] = packet.tfar[i] < 0.0f;
 }
 
 const char *embree_version(void)

@@ -35,7 +35,8 @@ struct hit {
 };
 
 /* Builds the bottom levels (high quality, on the calling thread). `scene` must outlive *out. */
-lmn_status accel_new(const struct scene *scene, struct accel **out, struct error *err);
+lmn_status accel_new(const struct scene *scene, uint32_t cpu, struct accel **out,
+                     struct error *err);
 void accel_free(struct accel *a);
 
 /* The top level starts with all instances of scene->defaults, not yet ready to trace. */
@@ -47,16 +48,20 @@ void accel_top_set_instance(struct accel_top *t, uint32_t instance,
                             const struct transform *to_world, bool is_visible);
 void accel_top_commit(struct accel_top *t);
 
-/* Primary rays are coherent, others not. Safe from many threads at once. */
-void accel_intersect(const struct accel_top *t, const struct ray *r, bool is_coherent,
-                     struct hit *hit);
+/* Safe from many threads at once. */
+void accel_intersect(const struct accel_top *t, const struct ray *r, struct hit *hit);
 
-/* Up to ACCEL_PACKET rays that are alike: primary rays, and their shadow rays. */
+/* Rays from t = 0 in arrays, one lane each. */
+struct accel_rays {
+    const float *o[3], *d[3], *t_max;
+};
+
+/* The rays of `lanes` [n], n <= ACCEL_PACKET, at once; hits and flags are indexed by lane. */
 enum { ACCEL_PACKET = 16 };
-void accel_intersect_packet(const struct accel_top *t, uint32_t n, const struct ray *const *rays,
-                            struct hit *const *hits);
-void accel_occluded_packet(const struct accel_top *t, uint32_t n, const struct ray *const *rays,
-                           bool *is_occluded);
+void accel_intersect_packet(const struct accel_top *t, const struct accel_rays *rays,
+                            const uint32_t *lanes, uint32_t n, struct hit *hits);
+void accel_occluded_packet(const struct accel_top *t, const struct accel_rays *rays,
+                           const uint32_t *lanes, uint32_t n, bool *is_occluded);
 
 /* Anything between t_min and t_max? */
 bool accel_occluded(const struct accel_top *t, const struct ray *r);

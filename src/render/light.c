@@ -16,7 +16,7 @@ static float area_scale(const struct view_instance *i, struct vec3 n)
     struct vec3 t = vec3(m[0][0] * n.x + m[1][0] * n.y + m[2][0] * n.z,
                          m[0][1] * n.x + m[1][1] * n.y + m[2][1] * n.z,
                          m[0][2] * n.x + m[1][2] * n.y + m[2][2] * n.z);
-    return i->determinant / vec3_length(t);
+    return fabsf(i->determinant) / vec3_length(t);
 }
 
 static struct vec3 emitted(const struct view *v, uint32_t emitter, float u, float uv_v)
@@ -175,21 +175,45 @@ static bool sample_sphere_cone(const struct light *l, const struct view_instance
     struct vec3 n = frame_to_world(&f, vec3(cos_phi * sin_alpha, sin_phi * sin_alpha, cos_alpha));
     s->p = vec3_madd(sphere.center, n, sphere.radius);
     s->n = l->shape->is_flipped ? vec3_neg(n) : n;
+    s->pdf = 1.0f; /* not used */
     *pdf = 0.5f * MATH_INV_PI / height;
-    const struct view_instance *i = instance;
-    sphere_uv(l->shape, i, s);
+    sphere_uv(l->shape, instance, s);
     return true;
 }
 
 /* ---- All kinds ------------------------------------------------------------------------------- */
 
+void light_triangle_fetch(struct light_triangle *t, const struct view *v, const struct light *l,
+                          float *u1)
+{
+    const struct view_instance *instance = &v->instances[l->instance];
+    const struct world_shape *shape = l->shape;
+    const struct emitter *e = &v->state.emitters[l->emitter];
+    const uint32_t *at = shape->indices + 3 * (size_t)distribution_sample(&shape->area, u1);
+    t->p = load3(shape->positions + 3 * (size_t)at[0]);
+    t->e0 = vec3_sub(load3(shape->positions + 3 * (size_t)at[1]), t->p);
+    t->e1 = vec3_sub(load3(shape->positions + 3 * (size_t)at[2]), t->p);
+    if (!instance->is_identity) {
+        t->p = transform_point(instance->to_world, t->p);
+        t->e0 = transform_vector(instance->to_world, t->e0);
+        t->e1 = transform_vector(instance->to_world, t->e1);
+    }
+    t->radiance = vec3_scale(v->textures.textures[e->radiance].value, e->scale);
+    t->per_area = l->per_area;
+    t->side = l->side;
+}
+
 static bool sample_area(const struct view *v, const struct light *l, struct vec3 reference,
                         float u1, float u2, struct light_sample *s)
 {
     const struct view_instance *instance = &v->instances[l->instance];
-    struct area_sample a;
-    float pdf = 0.0f;
-    bool has_pdf = false;
+    struct area_sample a = {0};
+    float pdf = 0.0f, n_lights = (float)v->n_lights;
+    if (l->is_plain) {
+        struct light_triangle t;
+        light_triangle_fetch(&t, v, l, &u1);
+        return light_triangle_sample(s, &t, reference, u1, u2, n_lights);
+    }
     switch (l->shape->kind) {
     case SHAPE_MESH:
         sample_mesh(l, instance, u1, u2, &a);
@@ -198,21 +222,16 @@ static bool sample_area(const struct view *v, const struct light *l, struct vec3
         sample_disk(l, instance, u1, u2, &a);
         break;
     case SHAPE_SPHERE:
-        has_pdf = sample_sphere_cone(l, instance, reference, u1, u2, &a, &pdf);
-        if (!has_pdf) sample_sphere_area(l, instance, u1, u2, &a);
+        if (sample_sphere_cone(l, instance, reference, u1, u2, &a, &pdf)) break;
+        sample_sphere_area(l, instance, u1, u2, &a);
         break;
     }
-    struct vec3 d = vec3_sub(a.p, reference);
-    float distance2 = vec3_dot(d, d);
-    if (!(distance2 > 0.0f)) return false;
-    d = vec3_scale(d, 1.0f / sqrtf(distance2));
-    float cosine = -vec3_dot(d, a.n);
-    if (!(cosine > 0.0f)) return false; /* shines on the other side only */
-    if (!has_pdf) pdf = a.pdf * distance2 / cosine;
     s->p = a.p;
-    s->d = d;
-    s->pdf = pdf;
-    s->weight = emitted(v, l->emitter, a.u, a.v);
+    struct vec3 radiance = emitted(v, l->emitter, a.u, a.v);
+    bool is_found = light_sample_finish(s, reference, a.n, a.pdf, radiance, n_lights);
+    if (!is_found || pdf == 0.0f) return is_found;
+    s->pdf = pdf / n_lights; /* the cone's */
+    s->weight = vec3_scale(radiance, 1.0f / s->pdf);
     return true;
 }
 
@@ -252,22 +271,13 @@ static bool sample_point(const struct view *v, const struct light *l, struct vec
 bool light_sample(const struct view *v, struct vec3 reference, float u1, float u2,
                   struct light_sample *s)
 {
-    uint32_t n = v->n_lights;
-    if (n == 0) return false;
-    uint32_t index = 0;
-    if (n > 1) { /* choose with u1 and stretch what is left of it */
-        float x = u1 * (float)n;
-        index = (uint32_t)x;
-        if (index >= n) index = n - 1;
-        u1 = min_float(x - (float)index, 0x1.fffffep-1f);
-    }
-    const struct light *l = &v->lights[index];
-    s->is_delta = s->is_infinite = false;
+    if (v->n_lights == 0) return false;
+    const struct light *l = &v->lights[light_choose(v->n_lights, &u1)];
     bool is_found = false;
+    s->is_delta = s->is_infinite = false;
     switch (l->kind) {
     case EMITTER_AREA:
-        is_found = sample_area(v, l, reference, u1, u2, s);
-        break;
+        return sample_area(v, l, reference, u1, u2, s);
     case EMITTER_CONSTANT:
     case EMITTER_ENVMAP:
         is_found = sample_environment(v, l, u1, u2, s);
@@ -277,7 +287,7 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
         break;
     }
     if (!is_found || !(s->pdf > 0.0f) || !isfinite(s->pdf)) return false;
-    s->pdf /= (float)n;
+    s->pdf /= (float)v->n_lights;
     s->weight = vec3_scale(s->weight, 1.0f / s->pdf);
     return true;
 }

@@ -23,6 +23,54 @@ struct light_sample {
 bool light_sample(const struct view *v, struct vec3 reference, float u1, float u2,
                   struct light_sample *s);
 
+/* The light that u1 chooses, among n > 0; u1 becomes what is left of it. */
+static inline uint32_t light_choose(uint32_t n, float *u1)
+{
+    if (n == 1) return 0;
+    float x = *u1 * (float)n;
+    uint32_t index = (uint32_t)x;
+    if (index >= n) index = n - 1;
+    *u1 = min_float(x - (float)index, 0x1.fffffep-1f);
+    return index;
+}
+
+/* A triangle of a plain light, in world space. */
+struct light_triangle {
+    struct vec3 p, e0, e1; /* a corner and the edges from it */
+    struct vec3 radiance;
+    float per_area, side; /* as the light's */
+};
+
+/* The triangle that u1 chooses; u1 becomes what is left of it. */
+void light_triangle_fetch(struct light_triangle *t, const struct view *v, const struct light *l,
+                          float *u1);
+
+/* Completes a sample whose point s->p with unit normal n has density per_area, for a light that is
+ * one of n_lights. */
+static inline bool light_sample_finish(struct light_sample *s, struct vec3 reference, struct vec3 n,
+                                       float per_area, struct vec3 radiance, float n_lights)
+{
+    struct vec3 d = vec3_sub(s->p, reference);
+    float distance2 = vec3_dot(d, d);
+    s->d = vec3_scale(d, 1.0f / sqrtf(distance2));
+    float cosine = -vec3_dot(s->d, n); /* behind, the light does not shine */
+    float pdf = per_area * distance2 / cosine;
+    s->pdf = pdf / n_lights;
+    s->weight = vec3_scale(radiance, 1.0f / s->pdf);
+    s->is_delta = s->is_infinite = false;
+    return (distance2 > 0.0f) & (cosine > 0.0f) & (pdf > 0.0f) & (pdf < INFINITY);
+}
+
+static inline bool light_triangle_sample(struct light_sample *s, const struct light_triangle *t,
+                                         struct vec3 reference, float u1, float u2, float n_lights)
+{
+    struct vec2 b = warp_triangle(u1, u2);
+    struct vec3 n = vec3_normalize(vec3_cross(t->e0, t->e1));
+    s->p = vec3_madd(vec3_madd(t->p, t->e0, b.x), t->e1, b.y);
+    return light_sample_finish(s, reference, vec3_scale(n, t->side), t->per_area, t->radiance,
+                               n_lights);
+}
+
 /* Radiance that the surface sends along -d; zero when it does not shine or shows its back. */
 struct vec3 light_surface_radiance(const struct view *v, const struct surface *s, struct vec3 d);
 

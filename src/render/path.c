@@ -4,127 +4,103 @@
 #include "render/bsdf.h"
 #include "render/light.h"
 
-/* Random numbers per bounce: light 2, bsdf 3, roulette 1. The film has the first two. */
-enum { DIMENSIONS_FILM = 2, DIMENSIONS_BOUNCE = 6 };
-
-/* The share of a strategy of density a beside one of density b. */
-static inline float mis_weight(enum mis_kind kind, float a, float b)
-{
-    if (kind == MIS_POWER) {
-        a *= a;
-        b *= b;
-    }
-    float w = a / (a + b);
-    return isfinite(w) ? w : 0.0f;
-}
-
-/* Light from around the scene that the ray runs into. */
-static struct vec3 environment_along(const struct view *v, const struct trace_settings *t,
-                                     struct vec3 d, float last_pdf, bool last_is_delta)
+struct vec3 path_environment(const struct view *v, const struct trace_settings *t,
+                             const struct path *p, struct vec3 d)
 {
     struct vec3 sum = {0};
     for (uint32_t i = v->first_environment; i < v->n_lights; i++) {
         const struct light *l = &v->lights[i];
         float w = 1.0f;
-        if (!last_is_delta) w = mis_weight(t->mis, last_pdf, light_environment_pdf(v, l, d));
+        if (!p->last_is_delta)
+            w = path_mis_weight(t->mis, p->last_pdf, light_environment_pdf(v, l, d));
         sum = vec3_madd(sum, light_environment_radiance(v, l, d), w);
     }
     return sum;
 }
 
-/* Light of the surface that the ray has hit. */
-static struct vec3 surface_along(const struct path *p, const struct view *v,
-                                 const struct trace_settings *t)
+struct vec3 path_emission(const struct view *v, const struct trace_settings *t,
+                          const struct path *p, const struct surface *s, struct vec3 d)
 {
-    const struct surface *s = &p->surface;
-    struct vec3 radiance = light_surface_radiance(v, s, p->ray.d);
+    struct vec3 radiance = light_surface_radiance(v, s, d);
     if (p->last_is_delta || vec3_is_zero(radiance)) return radiance;
-    struct vec3 d = vec3_sub(s->p, p->last_p);
-    float distance = vec3_length(d);
-    float pdf = light_surface_pdf(v, p->last_p, s, vec3_scale(d, 1.0f / distance), distance);
-    return vec3_scale(radiance, mis_weight(t->mis, p->last_pdf, pdf));
+    struct vec3 to = vec3_sub(s->p, p->last_p);
+    float distance = vec3_length(to);
+    float pdf = light_surface_pdf(v, p->last_p, s, vec3_scale(to, 1.0f / distance), distance);
+    return vec3_scale(radiance, path_mis_weight(t->mis, p->last_pdf, pdf));
 }
 
-void path_start(struct path *p, const struct ray *primary)
+/* Adds the light of one sample of the lights, where nothing is in its way. */
+static void connect(struct path *p, const struct view *v, const struct trace_settings *t,
+                    const struct surface *s, const struct bsdf_point *bsdf, struct vec2 u)
 {
-    p->ray = *primary;
-    p->throughput = vec3_splat(1.0f);
-    p->radiance = vec3_splat(0.0f);
-    p->last_pdf = p->eta = 1.0f;
-    p->last_is_delta = true;
-}
-
-bool path_arrive(struct path *p, const struct view *v, const struct trace_settings *t,
-                 int32_t depth)
-{
-    if (t->max_depth == 0) return false;
-    bool shows_emitters = depth > 0 || !t->hide_emitters;
-    if (p->hit.shape == SCENE_NONE) {
-        if (shows_emitters && v->first_environment < v->n_lights) {
-            struct vec3 around = environment_along(v, t, p->ray.d, p->last_pdf, p->last_is_delta);
-            p->radiance = vec3_add(p->radiance, vec3_mul(p->throughput, around));
-        }
-        return false;
-    }
-    struct surface *s = &p->surface;
-    surface_init(s, v, &p->ray, &p->hit);
-    if (s->shape->emitter != SCENE_NONE && shows_emitters)
-        p->radiance = vec3_add(p->radiance, vec3_mul(p->throughput, surface_along(p, v, t)));
-    if (t->max_depth >= 0 && depth + 1 >= t->max_depth) return false;
-    bsdf_point_init(&p->bsdf, v->materials, v->state.shape_bsdfs[s->shape->index], &v->textures,
-                    s->u, s->v, s->wi.z);
-    return true;
-}
-
-bool path_connect(struct path *p, const struct view *v, const struct trace_settings *t,
-                  int32_t depth)
-{
-    sampler_skip_to(&p->sampler, DIMENSIONS_FILM + (uint32_t)depth * DIMENSIONS_BOUNCE);
-    struct vec2 u = sampler_next_2d(&p->sampler);
     struct light_sample l;
     struct vec3 value;
     float pdf;
-    const struct surface *s = &p->surface;
-    if (!(p->bsdf.lobes & LOBE_SMOOTH) || !light_sample(v, s->p, u.x, u.y, &l)) return false;
-    bsdf_eval(&p->bsdf, s->wi, frame_to_local(&s->frame, l.d), &value, &pdf);
-    if (vec3_is_zero(value) || vec3_is_zero(l.weight)) return false;
-    float w = l.is_delta ? 1.0f : mis_weight(t->mis, l.pdf, pdf);
-    p->light = vec3_scale(vec3_mul(vec3_mul(value, l.weight), p->throughput), w);
-    p->shadow = l.is_infinite ? surface_ray(s, l.d) : surface_ray_to(s, l.p);
-    return true;
+    if (!(bsdf->lobes & LOBE_SMOOTH) || !light_sample(v, s->p, u.x, u.y, &l)) return;
+    bsdf_eval(bsdf, s->wi, frame_to_local(&s->frame, l.d), &value, &pdf);
+    if (vec3_is_zero(value) || vec3_is_zero(l.weight)) return;
+    float w = l.is_delta ? 1.0f : path_mis_weight(t->mis, l.pdf, pdf);
+    struct vec3 light = vec3_scale(vec3_mul(vec3_mul(value, l.weight), p->throughput), w);
+    struct ray shadow = l.is_infinite ? surface_ray(s->p, s->n, l.d)
+                                      : surface_ray_to(s->p, s->n, l.p);
+    if (!accel_occluded(v->top, &shadow)) p->radiance = vec3_add(p->radiance, light);
 }
 
-bool path_scatter(struct path *p, const struct trace_settings *t, int32_t depth)
+/* Chooses how the path goes on; false when it ends. */
+static bool scatter(struct path *p, const struct trace_settings *t, int32_t depth,
+                    const struct surface *s, const struct bsdf_sample *b, float u_roulette,
+                    struct ray *ray)
 {
-    const struct surface *s = &p->surface;
-    struct vec2 u = sampler_next_2d(&p->sampler);
-    float u_lobe = sampler_next_1d(&p->sampler), u_roulette = sampler_next_1d(&p->sampler);
-    struct bsdf_sample bs = bsdf_sample(&p->bsdf, s->wi, u_lobe, u.x, u.y);
-    p->throughput = vec3_mul(p->throughput, bs.weight);
+    p->throughput = vec3_mul(p->throughput, b->weight);
     float most = vec3_max(p->throughput);
     if (!(most > 0.0f)) return false;
-    p->eta *= bs.eta;
+    p->eta *= b->eta;
     if (depth + 1 >= t->rr_depth) {
-        float survival = min_float(most * p->eta * p->eta, 0.95f);
+        float survival = path_survival(most, p->eta);
         if (u_roulette >= survival) return false;
         p->throughput = vec3_scale(p->throughput, 1.0f / survival);
     }
     p->last_p = s->p;
-    p->last_pdf = bs.pdf;
-    p->last_is_delta = (bs.lobe & LOBE_DELTA) != 0;
-    p->ray = surface_ray(s, frame_to_world(&s->frame, bs.wo));
+    p->last_pdf = b->pdf;
+    p->last_is_delta = (b->lobe & LOBE_DELTA) != 0;
+    *ray = surface_ray(s->p, s->n, frame_to_world(&s->frame, b->wo));
     return true;
 }
 
-struct vec3 path_radiance(struct path *p, const struct view *v, const struct trace_settings *t)
+struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
+                          const struct ray *primary, const struct hit *first,
+                          struct sampler *sampler)
 {
-    for (int32_t depth = 0; path_arrive(p, v, t, depth); depth++) {
-        if (path_connect(p, v, t, depth) && !accel_occluded(v->top, &p->shadow))
-            p->radiance = vec3_add(p->radiance, p->light);
-        if (!path_scatter(p, t, depth)) break;
-        accel_intersect(v->top, &p->ray, false, &p->hit);
+    struct path p = {.throughput = {1, 1, 1}, .last_pdf = 1.0f, .last_is_delta = true, .eta = 1.0f};
+    struct ray ray = *primary;
+    struct hit hit = *first;
+    for (int32_t depth = 0; t->max_depth != 0; depth++) {
+        bool shows_emitters = depth > 0 || !t->hide_emitters;
+        if (hit.shape == SCENE_NONE) {
+            if (!shows_emitters || v->first_environment == v->n_lights) break;
+            struct vec3 around = path_environment(v, t, &p, ray.d);
+            p.radiance = vec3_add(p.radiance, vec3_mul(p.throughput, around));
+            break;
+        }
+        struct surface s;
+        surface_init(&s, v, &ray, &hit);
+        if (s.shape->emitter != SCENE_NONE && shows_emitters) {
+            struct vec3 emission = path_emission(v, t, &p, &s, ray.d);
+            p.radiance = vec3_add(p.radiance, vec3_mul(p.throughput, emission));
+        }
+        if (t->max_depth >= 0 && depth + 1 >= t->max_depth) break;
+        struct bsdf_point bsdf;
+        bsdf_point_init(&bsdf, v->materials, v->state.shape_bsdfs[s.shape->index], &v->textures,
+                        s.u, s.v, s.wi.z);
+        sampler_skip_to(sampler, path_dimension(depth));
+        connect(&p, v, t, &s, &bsdf, sampler_next_2d(sampler));
+        struct vec2 u = sampler_next_2d(sampler);
+        float u_lobe = sampler_next_1d(sampler), u_roulette = sampler_next_1d(sampler);
+        struct bsdf_sample b = bsdf_sample(&bsdf, s.wi, u_lobe, u.x, u.y);
+        if (!scatter(&p, t, depth, &s, &b, u_roulette, &ray)) break;
+        accel_intersect(v->top, &ray, &hit);
     }
-    return p->radiance;
+    return p.radiance;
 }
 
 static void put3(float *to, struct vec3 v)
@@ -155,9 +131,10 @@ void path_add_buffers(const struct view *v, const struct trace_settings *t,
                       const struct ray *primary, float offset, const struct hit *first,
                       float *buffers)
 {
+    const struct path seen = {.last_is_delta = true};
     if (first->shape == SCENE_NONE) {
         if (!t->hide_emitters)
-            put3(buffers + BUFFER_EMISSION, environment_along(v, t, primary->d, 1.0f, true));
+            put3(buffers + BUFFER_EMISSION, path_environment(v, t, &seen, primary->d));
         return;
     }
     struct surface s;

@@ -8,47 +8,53 @@
 #include "render/view.h"
 
 /*
- * A light path in steps: unidirectional, with a light sampled at every surface and multiple
- * importance sampling between that and the bsdf (Veach & Guibas 1995). Depth, Russian roulette and
- * hidden emitters are counted as Mitsuba's `path` does. Steps cast no rays, so that one loop can
- * take many paths through them (stream.c), or one after another (path_radiance()):
- *
- *   path_start(p, ray), then from depth 0 on: cast p->ray; path_arrive(p, depth) or end;
- *   path_connect(p): when true, cast p->shadow and add p->light when nothing is in its way;
- *   path_scatter(p, depth) or end
+ * A light path: unidirectional, with a light sampled at every surface and multiple importance
+ * sampling between that and the bsdf (Veach & Guibas 1995). Depth, Russian roulette and hidden
+ * emitters are counted as Mitsuba's `path` does. path_radiance() is the plain loop, one path at a
+ * time: the reference for stream.c, which traces pictures and shares the pieces below.
  */
 struct path {
-    struct ray ray;
-    struct hit hit; /* of `ray` */
     struct vec3 throughput, radiance;
     struct vec3 last_p; /* where the path last scattered, the density, and whether no light */
     float last_pdf;     /* sample could have found the direction */
     bool last_is_delta;
     float eta; /* product of relative indices: undoes the scaling of radiance in roulette */
-    struct sampler sampler;
-    struct surface surface;
-    struct bsdf_point bsdf;
-    struct ray shadow;
-    struct vec3 light; /* what arrives along it if it is free, throughput included */
 };
 
-/* The sampler is p->sampler, set before. */
-void path_start(struct path *p, const struct ray *primary);
+/* Random numbers: the film has the first two, then a bounce has light 2, direction 2, lobe 1,
+ * roulette 1. */
+enum { PATH_DIMENSIONS_FILM = 2, PATH_DIMENSIONS_BOUNCE = 6 };
 
-/* Adds what shines at the end of the ray; false when the path ends there. */
-bool path_arrive(struct path *p, const struct view *v, const struct trace_settings *t,
-                 int32_t depth);
+static inline uint32_t path_dimension(int32_t depth)
+{
+    return PATH_DIMENSIONS_FILM + (uint32_t)depth * PATH_DIMENSIONS_BOUNCE;
+}
 
-/* Chooses a light and sets p->shadow and p->light; false when there is nothing to gain. */
-bool path_connect(struct path *p, const struct view *v, const struct trace_settings *t,
-                  int32_t depth);
+/* The share of a strategy of density a beside one of density b. */
+static inline float path_mis_weight(enum mis_kind kind, float a, float b)
+{
+    float x = kind == MIS_POWER ? a * a : a, y = kind == MIS_POWER ? b * b : b, w = x / (x + y);
+    return w <= 1.0f ? w : 0.0f; /* 0 / 0, infinity / infinity */
+}
 
-/* Chooses how the path goes on and sets p->ray; false when it ends. */
-bool path_scatter(struct path *p, const struct trace_settings *t, int32_t depth);
+/* Chance to go on in Russian roulette. */
+static inline float path_survival(float throughput_max, float eta)
+{
+    return min_float(throughput_max * eta * eta, 0.95f);
+}
 
-/* Radiance along the primary ray that path_start() was given, whose hit is in p->hit. The plain
- * loop over the steps, one ray at a time: the reference for stream.c. */
-struct vec3 path_radiance(struct path *p, const struct view *v, const struct trace_settings *t);
+/* Light from around the scene that a ray along d runs into. */
+struct vec3 path_environment(const struct view *v, const struct trace_settings *t,
+                             const struct path *p, struct vec3 d);
+
+/* Light of the surface that a ray along d has hit. */
+struct vec3 path_emission(const struct view *v, const struct trace_settings *t,
+                          const struct path *p, const struct surface *s, struct vec3 d);
+
+/* Radiance along the primary ray whose hit is `hit`; the film has drawn its dimensions. */
+struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
+                          const struct ray *primary, const struct hit *hit,
+                          struct sampler *sampler);
 
 /* Adds the first hit's BUFFER_* channels to buffers [BUFFER_CHANNELS], ids excepted. `offset`: how
  * far from the pinhole the ray starts. */

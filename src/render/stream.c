@@ -1,87 +1,323 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/stream.h"
 
-struct path *stream_add(struct stream *s, bool is_new_pixel)
+#include "base/cpu.h"
+#include "render/light.h"
+
+const struct stream_kernels *stream_kernels_for(uint32_t cpu)
+{
+    if (cpu & CPU_AVX512) return &stream_kernels_avx512;
+    return cpu & CPU_AVX2 ? &stream_kernels_avx2 : &stream_kernels_baseline;
+}
+
+/* ---- Starting -------------------------------------------------------------------------------- */
+
+void stream_add(struct stream *s, const struct stream_film *f, uint32_t x, uint32_t y,
+                uint32_t sample)
 {
     uint32_t i = s->n++;
-    if (is_new_pixel || i == 0 || i - s->packet_start == STREAM_PACKET) s->packet_start = i;
-    s->packet_end[s->packet_start] = i + 1;
-    return &s->paths[i];
+    s->center_x[i] = (float)x + 0.5f;
+    s->center_y[i] = (float)y + 0.5f;
+    s->sample[i] = sample;
+    s->is_alive[i] = true;
+    s->path[i] = i;
+    s->pixel[i] = (uint64_t)y * f->width + x;
+    lanes3_set(&s->throughput, i, vec3_splat(1.0f));
+    s->last_pdf[i] = s->eta[i] = 1.0f;
+    s->last_is_delta[i] = true;
+    lanes3_set(&s->radiance, i, vec3_splat(0.0f));
+}
+
+void stream_start(struct stream *s, const struct view *v, const struct stream_film *f)
+{
+    v->world->kernels->start(s, f->sampler, f->seed);
+    for (uint32_t i = 0; i < s->n; i++) {
+        float x = s->center_x[i], y = s->center_y[i];
+        s->u[0][i] = x + filter_sample(&f->filter, s->u[0][i], -x, (float)f->width - x);
+        s->u[1][i] = y + filter_sample(&f->filter, s->u[1][i], -y, (float)f->height - y);
+    }
+    v->world->kernels->look(s, &f->camera);
+}
+
+static void add_radiance(struct stream *s, uint32_t i, struct vec3 value)
+{
+    uint32_t path = s->path[i];
+    lanes3_set(&s->radiance, path, vec3_add(lanes3_get(&s->radiance, path), value));
+}
+
+/* ---- Rays ------------------------------------------------------------------------------------ */
+
+static struct ray lane_ray(const struct stream *s, uint32_t i)
+{
+    return (struct ray){lanes3_get(&s->o, i), 0.0f, lanes3_get(&s->d, i), s->t_max[i]};
+}
+
+/* The next lanes from *first on that have their flag set and are samples of one pixel: at most
+ * STREAM_PACKET. *first becomes the lane to go on from. */
+static uint32_t next_packet(const struct stream *s, const uint32_t *flags, uint32_t *first,
+                            uint32_t *lanes)
+{
+    uint32_t n = 0, i = *first;
+    while (i < s->n && !flags[i]) i++;
+    for (uint64_t pixel = i < s->n ? s->pixel[i] : 0; i < s->n && n < STREAM_PACKET; i++) {
+        if (!flags[i]) continue;
+        if (s->pixel[i] != pixel) break;
+        lanes[n++] = i;
+    }
+    *first = i;
+    return n;
 }
 
 void stream_cast(struct stream *s, const struct view *v)
 {
-    for (uint32_t first = 0; first < s->n; first = s->packet_end[first]) {
-        uint32_t n = s->packet_end[first] - first;
-        const struct ray *rays[STREAM_PACKET];
-        struct hit *hits[STREAM_PACKET];
-        for (uint32_t i = 0; i < n; i++) {
-            rays[i] = &s->paths[first + i].ray;
-            hits[i] = &s->paths[first + i].hit;
-        }
-        accel_intersect_packet(v->top, n, rays, hits);
+    const struct accel_rays rays = {{s->o.x, s->o.y, s->o.z}, {s->d.x, s->d.y, s->d.z}, s->t_max};
+    for (uint32_t first = 0; first < s->n;) {
+        uint32_t lanes[STREAM_PACKET], n = next_packet(s, s->is_alive, &first, lanes);
+        accel_intersect_packet(v->top, &rays, lanes, n, s->hit);
     }
 }
 
-/* The shadow rays of paths `connected`, of which those of one packet stand together. */
-static void connect_packets(struct stream *s, const struct view *v, const uint8_t *connected,
-                            uint32_t n_connected)
+static void cast_shadows(struct stream *s, const struct view *v)
 {
-    uint32_t i = 0, first = 0;
-    while (i < n_connected) { /* so there is a packet at `first` still */
-        uint32_t end = s->packet_end[first];
-        const struct ray *rays[STREAM_PACKET];
-        bool is_occluded[STREAM_PACKET];
-        uint32_t n = 0;
-        while (i + n < n_connected && connected[i + n] < end) {
-            rays[n] = &s->paths[connected[i + n]].shadow;
-            n++;
-        }
-        if (n > 0) accel_occluded_packet(v->top, n, rays, is_occluded);
-        for (uint32_t k = 0; k < n; k++) {
-            struct path *p = &s->paths[connected[i + k]];
-            if (!is_occluded[k]) p->radiance = vec3_add(p->radiance, p->light);
-        }
-        i += n;
-        first = end;
+    const struct lanes3 *o = &s->shadow_o, *d = &s->shadow_d;
+    const struct accel_rays rays = {{o->x, o->y, o->z}, {d->x, d->y, d->z}, s->shadow_t_max};
+    bool is_occluded[STREAM_SIZE];
+    for (uint32_t first = 0; first < s->n;) {
+        uint32_t lanes[STREAM_PACKET], n = next_packet(s, s->is_connected, &first, lanes);
+        accel_occluded_packet(v->top, &rays, lanes, n, is_occluded);
     }
+    for (uint32_t i = 0; i < s->n; i++)
+        if (s->is_connected[i] && !is_occluded[i]) add_radiance(s, i, lanes3_get(&s->light, i));
+}
+
+/* ---- Arriving -------------------------------------------------------------------------------- */
+
+/* What a scalar function wants to know of a path. */
+static struct path lane_path(const struct stream *s, uint32_t i)
+{
+    return (struct path){.last_p = lanes3_get(&s->last_p, i),
+                         .last_pdf = s->last_pdf[i],
+                         .last_is_delta = s->last_is_delta[i] != 0};
+}
+
+static void miss(struct stream *s, const struct view *v, const struct trace_settings *t, uint32_t i,
+                 bool shows_emitters)
+{
+    s->is_alive[i] = false;
+    if (!shows_emitters || v->first_environment == v->n_lights) return;
+    const struct path path = lane_path(s, i);
+    struct vec3 around = path_environment(v, t, &path, lanes3_get(&s->d, i));
+    add_radiance(s, i, vec3_mul(lanes3_get(&s->throughput, i), around));
+}
+
+/* Reads what the ray has hit; the kernel makes a surface of it. */
+static void fetch(struct stream *s, const struct view *v, uint32_t i)
+{
+    struct surface surface;
+    struct ray ray = lane_ray(s, i);
+    surface_fetch(&surface, v, &ray, &s->hit[i]);
+    s->shape[i] = surface.shape;
+    lanes3_set(&s->p, i, surface.p);
+    lanes3_set(&s->normal, i, surface.n);
+    lanes3_set(&s->frame_n, i, surface.frame.n);
+    s->texture_u[i] = surface.u;
+    s->texture_v[i] = surface.v;
+    const struct material *m = &v->materials[v->state.shape_bsdfs[surface.shape->index]];
+    if (m->has_direction) lanes3_set(&s->wo, i, surface.frame.s); /* dp/du, until it is used */
+}
+
+static void turn_frame(struct stream *s, uint32_t i)
+{
+    struct frame f = surface_frame_along(lanes3_get(&s->frame_n, i), lanes3_get(&s->wo, i));
+    lanes3_set(&s->frame_s, i, f.s);
+    lanes3_set(&s->frame_t, i, f.t);
+    lanes3_set(&s->frame_n, i, f.n);
+    lanes3_set(&s->wi, i, frame_to_local(&f, vec3_neg(lanes3_get(&s->d, i))));
+}
+
+static void emit(struct stream *s, const struct view *v, const struct trace_settings *t, uint32_t i)
+{
+    const struct path path = lane_path(s, i);
+    const struct surface surface = {.p = lanes3_get(&s->p, i),
+                                    .n = lanes3_get(&s->normal, i),
+                                    .frame.n = lanes3_get(&s->frame_n, i),
+                                    .u = s->texture_u[i],
+                                    .v = s->texture_v[i],
+                                    .shape = s->shape[i],
+                                    .instance = s->hit[i].instance};
+    struct vec3 emission = path_emission(v, t, &path, &surface, lanes3_get(&s->d, i));
+    add_radiance(s, i, vec3_mul(lanes3_get(&s->throughput, i), emission));
+}
+
+static void look_up_material(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf)
+{
+    const struct material *m = &v->materials[bsdf];
+    if (m->is_plain) {
+        s->bsdf_lane[i] = LANE_WIDE;
+        s->bsdf_is_smooth[i] = true;
+        lanes3_set(&s->reflectance, i, m->reflectance);
+        s->bsdf_side[i] = m->is_twosided && s->wi.z[i] < 0.0f ? -1.0f : 1.0f;
+        return;
+    }
+    struct bsdf_point *b = &s->bsdf[i];
+    bsdf_point_init(b, v->materials, bsdf, &v->textures, s->texture_u[i], s->texture_v[i],
+                    s->wi.z[i]);
+    bool is_wide = b->kind == BSDF_DIFFUSE && b->opacity == 1.0f;
+    s->bsdf_lane[i] = is_wide ? LANE_WIDE : LANE_SCALAR;
+    s->bsdf_is_smooth[i] = (b->lobes & LOBE_SMOOTH) != 0;
+    if (!is_wide) return;
+    lanes3_set(&s->reflectance, i, b->reflectance);
+    s->bsdf_side[i] = b->is_mirrored ? -1.0f : 1.0f;
+}
+
+/* Adds what shines at the ends of the rays and works out the points there. False when no path goes
+ * on. */
+static bool arrive(struct stream *s, const struct view *v, const struct trace_settings *t,
+                   int32_t depth)
+{
+    bool shows_emitters = depth > 0 || !t->hide_emitters;
+    bool is_last = t->max_depth >= 0 && depth + 1 >= t->max_depth;
+    uint32_t n_alive = 0;
+    for (uint32_t i = 0; i < s->n; i++) {
+        if (!s->is_alive[i]) continue;
+        if (s->hit[i].shape == SCENE_NONE) {
+            miss(s, v, t, i, shows_emitters);
+            continue;
+        }
+        fetch(s, v, i);
+        n_alive++;
+    }
+    if (n_alive == 0) return false;
+    v->world->kernels->surface(s);
+    for (uint32_t i = 0; i < s->n; i++) {
+        if (!s->is_alive[i]) continue;
+        const struct world_shape *shape = s->shape[i];
+        uint32_t bsdf = v->state.shape_bsdfs[shape->index];
+        if (v->materials[bsdf].has_direction) turn_frame(s, i);
+        if (shape->emitter != SCENE_NONE && shows_emitters) emit(s, v, t, i);
+        if (!is_last) look_up_material(s, v, i, bsdf);
+    }
+    return !is_last;
+}
+
+/* ---- Connecting to lights -------------------------------------------------------------------- */
+
+static void sample_light(struct stream *s, const struct view *v, uint32_t i)
+{
+    struct light_sample l;
+    s->light_lane[i] = LANE_OFF;
+    if (!light_sample(v, lanes3_get(&s->p, i), s->u[0][i], s->u[1][i], &l)) return;
+    s->light_lane[i] = LANE_SCALAR;
+    lanes3_set(&s->light_p, i, l.p);
+    lanes3_set(&s->light_d, i, l.d);
+    lanes3_set(&s->light_weight, i, l.weight);
+    s->light_pdf[i] = l.pdf;
+    s->light_is_delta[i] = l.is_delta;
+    s->light_is_infinite[i] = l.is_infinite;
+}
+
+/* Chooses a light; one of triangles is left to the kernel. */
+static void choose_light(struct stream *s, const struct view *v, uint32_t i)
+{
+    float u1 = s->u[0][i];
+    const struct light *l = &v->lights[light_choose(v->n_lights, &u1)];
+    if (!l->is_plain) {
+        sample_light(s, v, i);
+        return;
+    }
+    struct light_triangle t;
+    light_triangle_fetch(&t, v, l, &u1);
+    s->u[0][i] = u1;
+    s->light_lane[i] = LANE_WIDE;
+    lanes3_set(&s->triangle_p, i, t.p);
+    lanes3_set(&s->triangle_e0, i, t.e0);
+    lanes3_set(&s->triangle_e1, i, t.e1);
+    lanes3_set(&s->light_radiance, i, t.radiance);
+    s->triangle_per_area[i] = t.per_area;
+    s->triangle_side[i] = t.side;
+    s->light_is_delta[i] = s->light_is_infinite[i] = false;
+}
+
+/* Samples a light for every path and adds it where nothing is in the way. */
+static void connect(struct stream *s, const struct view *v, const struct trace_settings *t)
+{
+    const struct stream_kernels *kernels = v->world->kernels;
+    if (v->n_lights == 0) return;
+    for (uint32_t i = 0; i < s->n; i++) {
+        if (s->is_alive[i] && s->bsdf_is_smooth[i])
+            choose_light(s, v, i);
+        else
+            s->light_lane[i] = LANE_OFF;
+    }
+    kernels->light(s, (float)v->n_lights);
+    kernels->eval(s);
+    for (uint32_t i = 0; i < s->n; i++) {
+        if (!s->is_alive[i] || s->bsdf_lane[i] != LANE_SCALAR || s->light_lane[i] == LANE_OFF)
+            continue;
+        struct vec3 value;
+        bsdf_eval(&s->bsdf[i], lanes3_get(&s->wi, i), lanes3_get(&s->light_wo, i), &value,
+                  &s->value_pdf[i]);
+        lanes3_set(&s->value, i, value);
+    }
+    kernels->connect(s, t->mis);
+    cast_shadows(s, v);
+}
+
+/* ---- Going on -------------------------------------------------------------------------------- */
+
+/* Moves the paths that are alive together, in order, when a good part of the lanes is dead. */
+static void compact(struct stream *s)
+{
+    uint32_t n = 0, n_alive = 0;
+    for (uint32_t i = 0; i < s->n; i++) n_alive += s->is_alive[i];
+    if (4 * n_alive > 3 * s->n) return;
+    for (uint32_t i = 0; i < s->n; i++) {
+        if (!s->is_alive[i]) continue;
+        uint32_t k = n++;
+        s->is_alive[k] = true;
+        s->path[k] = s->path[i];
+        s->pixel[k] = s->pixel[i];
+        lanes3_set(&s->o, k, lanes3_get(&s->o, i));
+        lanes3_set(&s->d, k, lanes3_get(&s->d, i));
+        s->t_max[k] = s->t_max[i];
+        lanes3_set(&s->throughput, k, lanes3_get(&s->throughput, i));
+        lanes3_set(&s->last_p, k, lanes3_get(&s->last_p, i));
+        s->last_pdf[k] = s->last_pdf[i];
+        s->last_is_delta[k] = s->last_is_delta[i];
+        s->eta[k] = s->eta[i];
+        s->seed[k] = s->seed[i];
+        s->index[k] = s->index[i];
+        s->rng_state[k] = s->rng_state[i];
+        s->rng_stream[k] = s->rng_stream[i];
+    }
+    s->n = n;
+}
+
+static void scatter(struct stream *s, const struct view *v, const struct trace_settings *t,
+                    int32_t depth)
+{
+    v->world->kernels->sample(s);
+    for (uint32_t i = 0; i < s->n; i++) {
+        if (!s->is_alive[i] || s->bsdf_lane[i] != LANE_SCALAR) continue;
+        struct bsdf_sample b = bsdf_sample(&s->bsdf[i], lanes3_get(&s->wi, i), s->u[4][i],
+                                           s->u[2][i], s->u[3][i]);
+        lanes3_set(&s->wo, i, b.wo);
+        lanes3_set(&s->weight, i, b.weight);
+        s->wo_pdf[i] = b.pdf;
+        s->wo_eta[i] = b.eta;
+        s->wo_is_delta[i] = (b.lobe & LOBE_DELTA) != 0;
+    }
+    v->world->kernels->scatter(s, depth + 1 >= t->rr_depth ? 0.0f : 1.0f);
+    compact(s);
 }
 
 void stream_trace(struct stream *s, const struct view *v, const struct trace_settings *t)
 {
-    uint8_t alive[STREAM_SIZE], connected[STREAM_SIZE];
-    uint32_t n_alive = s->n;
-    for (uint32_t i = 0; i < n_alive; i++) alive[i] = (uint8_t)i;
-    for (int32_t depth = 0;; depth++) {
-        uint32_t n = 0, n_connected = 0;
-        for (uint32_t i = 0; i < n_alive; i++) {
-            uint8_t k = alive[i];
-            if (path_arrive(&s->paths[k], v, t, depth)) alive[n++] = k;
-        }
-        n_alive = n;
-        if (n_alive == 0) break;
-        for (uint32_t i = 0; i < n_alive; i++) {
-            uint8_t k = alive[i];
-            if (path_connect(&s->paths[k], v, t, depth)) connected[n_connected++] = k;
-        }
-        if (depth == 0) {
-            connect_packets(s, v, connected, n_connected);
-        } else {
-            for (uint32_t i = 0; i < n_connected; i++) {
-                struct path *p = &s->paths[connected[i]];
-                if (!accel_occluded(v->top, &p->shadow))
-                    p->radiance = vec3_add(p->radiance, p->light);
-            }
-        }
-        n = 0;
-        for (uint32_t i = 0; i < n_alive; i++) {
-            uint8_t k = alive[i];
-            if (path_scatter(&s->paths[k], t, depth)) alive[n++] = k;
-        }
-        n_alive = n;
-        for (uint32_t i = 0; i < n_alive; i++) {
-            struct path *p = &s->paths[alive[i]];
-            accel_intersect(v->top, &p->ray, false, &p->hit);
-        }
+    if (t->max_depth == 0) return;
+    for (int32_t depth = 0; arrive(s, v, t, depth); depth++) {
+        v->world->kernels->draw(s, t->sampler, path_dimension(depth));
+        connect(s, v, t);
+        scatter(s, v, t, depth);
+        stream_cast(s, v);
     }
 }

@@ -2,32 +2,155 @@
 #ifndef RENDER_STREAM_H
 #define RENDER_STREAM_H
 
+#include "render/camera.h"
+#include "render/filter.h"
 #include "render/path.h"
 
 /*
- * Many light paths in step: all arrive, all connect to lights, all scatter, so that the processor
- * works on one path's arithmetic while it waits for another's. Primary rays, and the first shadow
- * rays, go to Embree in packets.
+ * Many light paths in step: all arrive, all connect to lights, all scatter. The state of the paths
+ * lies in arrays, one lane per path, so that the arithmetic of most lanes (triangles, triangle
+ * lights, diffuse surfaces) runs in loops that compilers turn into vector code (stream_kernels.h,
+ * one translation unit per instruction set); other lights and materials take their lanes one by one
+ * through the functions that the plain loop calls, path_radiance(). The arithmetic is the same
+ * everywhere, operation by operation, so that results do not depend on the instruction set.
  *
- * A packet holds samples of one pixel only. What Embree finds can depend on a packet's other rays
- * in the last bit, so this keeps a pixel's bytes the same in whatever window it is traced.
+ * Rays go to Embree in packets, those of later bounces too: that is a fifth faster even in scenes
+ * of many triangles. A packet holds samples of one pixel only: what Embree finds can depend on a
+ * packet's other rays in the last bit, so this keeps a pixel's bytes the same in whatever window it
+ * is traced, if the same samples of it always share a stream.
  */
-enum { STREAM_SIZE = 64, STREAM_PACKET = 16 };
+enum { STREAM_SIZE = 128, STREAM_PACKET = 16 };
 
-struct stream {
-    uint32_t n, packet_start;
-    uint32_t packet_end[STREAM_SIZE]; /* for the first path of a packet: the first one after it */
-    struct path paths[STREAM_SIZE];
+struct lanes3 {
+    float x[STREAM_SIZE], y[STREAM_SIZE], z[STREAM_SIZE];
 };
 
-/* Adds a path, whose sampler and primary ray are set by the caller through the pointer it gets.
- * `is_new_pixel` starts a new packet. */
-struct path *stream_add(struct stream *s, bool is_new_pixel);
+static inline struct vec3 lanes3_get(const struct lanes3 *a, uint32_t i)
+{
+    return vec3(a->x[i], a->y[i], a->z[i]);
+}
 
-/* Casts the primary rays: fills in all hits. */
+static inline void lanes3_set(struct lanes3 *a, uint32_t i, struct vec3 v)
+{
+    a->x[i] = v.x;
+    a->y[i] = v.y;
+    a->z[i] = v.z;
+}
+
+/* Whose lane it is when a choice is made by kind: of the kernel, or of the scalar function. */
+enum { LANE_OFF, LANE_WIDE, LANE_SCALAR };
+
+struct stream {
+    uint32_t n; /* lanes in use; those of dead paths compute nothing that matters */
+    uint32_t is_alive[STREAM_SIZE];
+
+    /* Where a path starts: the centre of its pixel in the full picture. */
+    float center_x[STREAM_SIZE], center_y[STREAM_SIZE];
+    uint32_t sample[STREAM_SIZE];
+    float offset[STREAM_SIZE]; /* from the pinhole to the ray's start */
+
+    /* What a path carries from bounce to bounce. */
+    uint32_t path[STREAM_SIZE]; /* its number: the lane it started in */
+    uint64_t pixel[STREAM_SIZE];
+    struct lanes3 o, d; /* the ray, from t = 0 */
+    float t_max[STREAM_SIZE];
+    struct lanes3 throughput;
+    struct lanes3 last_p; /* as in struct path */
+    float last_pdf[STREAM_SIZE];
+    uint32_t last_is_delta[STREAM_SIZE];
+    float eta[STREAM_SIZE];
+    uint32_t seed[STREAM_SIZE], index[STREAM_SIZE];           /* of the sampler: sobol */
+    uint64_t rng_state[STREAM_SIZE], rng_stream[STREAM_SIZE]; /* independent */
+
+    /* Where the ray has arrived: a surface as in struct surface. */
+    struct hit hit[STREAM_SIZE];
+    const struct world_shape *shape[STREAM_SIZE];
+    struct lanes3 p, normal, frame_s, frame_t, frame_n, wi;
+    float texture_u[STREAM_SIZE], texture_v[STREAM_SIZE];
+
+    /* Its material: diffuse lanes are wide. */
+    uint32_t bsdf_lane[STREAM_SIZE];
+    uint32_t bsdf_is_smooth[STREAM_SIZE]; /* light samples can find it */
+    struct lanes3 reflectance;            /* wide ones */
+    float bsdf_side[STREAM_SIZE];         /* wide ones: -1 where mirrored, else 1 */
+    struct bsdf_point bsdf[STREAM_SIZE];  /* others */
+
+    /* Random numbers of the bounce: light 2, direction 2, lobe, roulette. */
+    float u[6][STREAM_SIZE];
+
+    /* The light sample: triangles are wide, and wait in `triangle`. */
+    uint32_t light_lane[STREAM_SIZE];
+    struct lanes3 triangle_p, triangle_e0, triangle_e1, light_radiance;
+    float triangle_per_area[STREAM_SIZE], triangle_side[STREAM_SIZE];
+    struct lanes3 light_p, light_d, light_weight, light_wo; /* light_wo: d in the shading frame */
+    float light_pdf[STREAM_SIZE];
+    uint32_t light_is_delta[STREAM_SIZE], light_is_infinite[STREAM_SIZE];
+    struct lanes3 value; /* of the bsdf towards the light */
+    float value_pdf[STREAM_SIZE];
+    struct lanes3 shadow_o, shadow_d;
+    float shadow_t_max[STREAM_SIZE];
+    struct lanes3 light; /* what arrives if nothing is in the way */
+    uint32_t is_connected[STREAM_SIZE];
+
+    /* The next direction. */
+    struct lanes3 wo, weight;
+    float wo_pdf[STREAM_SIZE], wo_eta[STREAM_SIZE];
+    uint32_t wo_is_delta[STREAM_SIZE];
+
+    struct lanes3 radiance; /* the result, by number of path */
+};
+
+/* What all primary rays share. */
+struct stream_film {
+    struct camera camera;
+    struct filter filter;
+    uint32_t width, height;
+    enum sampler_kind sampler;
+    uint64_t seed;
+};
+
+/* Steps over all lanes of a stream, alive or not. */
+struct stream_kernels {
+    const char *name;
+    /* Samplers, and u[0], u[1]: the film's. */
+    void (*start)(struct stream *s, enum sampler_kind sampler, uint64_t seed);
+    /* Primary rays through the points u[0], u[1] of the picture. */
+    void (*look)(struct stream *s, const struct camera *camera);
+    /* Random numbers u of a bounce, from this dimension on. */
+    void (*draw)(struct stream *s, enum sampler_kind sampler, uint32_t dimension);
+    /* Normals at any length -> unit normals, frame, wi. */
+    void (*surface)(struct stream *s);
+    /* Triangles -> light samples; n_lights is the number to choose from. */
+    void (*light)(struct stream *s, float n_lights);
+    /* light_wo, and value and value_pdf of diffuse lanes. */
+    void (*eval)(struct stream *s);
+    /* What connects: is_connected, light, shadow rays. */
+    void (*connect)(struct stream *s, enum mis_kind mis);
+    /* wo, weight, wo_pdf, ... of diffuse lanes. */
+    void (*sample)(struct stream *s);
+    /* The next rays; paths whose throughput is zero, or that lose at roulette, die. The chance to
+     * survive is at least `least_survival`: 1 where roulette is not yet played. */
+    void (*scatter)(struct stream *s, float least_survival);
+};
+
+extern const struct stream_kernels stream_kernels_baseline, stream_kernels_avx2,
+    stream_kernels_avx512;
+
+/* The best that `cpu`, a mask of enum cpu_flag, allows. */
+const struct stream_kernels *stream_kernels_for(uint32_t cpu);
+
+/* Adds sample number `sample` of pixel (x, y) to a stream that has room. Paths of one pixel follow
+ * each other. */
+void stream_add(struct stream *s, const struct stream_film *f, uint32_t x, uint32_t y,
+                uint32_t sample);
+
+/* Makes the primary rays of what was added. */
+void stream_start(struct stream *s, const struct view *v, const struct stream_film *f);
+
+/* Casts all rays: fills in s->hit. */
 void stream_cast(struct stream *s, const struct view *v);
 
-/* Follows all paths to their ends; paths[i].radiance is the result. */
+/* Follows all paths from the hits of their primary rays to their ends: s->radiance. */
 void stream_trace(struct stream *s, const struct view *v, const struct trace_settings *t);
 
 #endif

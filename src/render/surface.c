@@ -14,9 +14,7 @@ static struct vec3 interpolate(const float *values, const uint32_t *at, float u,
                      load3(values + 3 * (size_t)at[2]), v);
 }
 
-/* A frame around n whose s lies along dp/du, for materials that have a direction; any frame where
- * there is none. */
-static struct frame frame_along(struct vec3 n, struct vec3 dp_du)
+struct frame surface_frame_along(struct vec3 n, struct vec3 dp_du)
 {
     struct vec3 s = vec3_madd(dp_du, n, -vec3_dot(n, dp_du));
     float length = vec3_length(s);
@@ -57,8 +55,8 @@ static struct vec3 quadric_uv(struct surface *s, enum shape_kind kind, struct ve
     return r > 0.0f ? vec3(local.x / r, local.y / r, 0.0f) : vec3(1.0f, 0.0f, 0.0f);
 }
 
-void surface_init(struct surface *s, const struct view *v, const struct ray *r,
-                  const struct hit *hit)
+void surface_fetch(struct surface *s, const struct view *v, const struct ray *r,
+                   const struct hit *hit)
 {
     const struct view_instance *instance = &v->instances[hit->instance];
     const struct world_shape *shape = &instance->shapes[hit->shape];
@@ -108,19 +106,19 @@ void surface_init(struct surface *s, const struct view *v, const struct ray *r,
         if (has_own_shading) ns = transform_normal(instance->to_world, ns);
         if (material->has_direction) dp_du = transform_vector(instance->to_world, dp_du);
     }
-    n = vec3_normalize(n);
-    if (has_own_shading) {
-        float length2 = vec3_dot(ns, ns);
-        /* Normals that cancel out (bad files) fall back to the face's. */
-        ns = length2 > 1e-20f ? vec3_scale(ns, 1.0f / sqrtf(length2)) : n;
-    } else {
-        ns = n;
-    }
-    if (shape->is_flipped) {
-        n = vec3_neg(n);
-        ns = vec3_neg(ns);
-    }
-    s->n = n;
-    s->frame = material->has_direction ? frame_along(ns, dp_du) : frame_from_normal(ns);
+    if (!has_own_shading) ns = n;
+    s->n = shape->is_flipped ? vec3_neg(n) : n;
+    s->frame.n = shape->is_flipped ? vec3_neg(ns) : ns;
+    if (material->has_direction) s->frame.s = dp_du;
+}
+
+void surface_init(struct surface *s, const struct view *v, const struct ray *r,
+                  const struct hit *hit)
+{
+    surface_fetch(s, v, r, hit);
+    surface_normals(&s->n, &s->frame.n);
+    const struct material *material = &v->materials[v->state.shape_bsdfs[s->shape->index]];
+    s->frame = material->has_direction ? surface_frame_along(s->frame.n, s->frame.s)
+                                       : frame_from_normal(s->frame.n);
     s->wi = frame_to_local(&s->frame, vec3_neg(r->d));
 }

@@ -24,23 +24,45 @@ struct surface {
 void surface_init(struct surface *s, const struct view *v, const struct ray *r,
                   const struct hit *hit);
 
-/* A point beside the surface on the side of d, from which rays do not meet it again. */
-static inline struct vec3 surface_offset(const struct surface *s, struct vec3 d)
+/* The same in two steps, of which streams take the second for many points at once. The first reads
+ * the scene: it leaves normals at any length, both n and frame.n, and for materials that have a
+ * direction dp/du in frame.s. */
+void surface_fetch(struct surface *s, const struct view *v, const struct ray *r,
+                   const struct hit *hit);
+
+/* Normals to unit length. Shading normals that cancel out (bad files) fall back to the face's. */
+static inline void surface_normals(struct vec3 *n, struct vec3 *shading)
 {
-    float most = max_float(fabsf(s->p.x), max_float(fabsf(s->p.y), fabsf(s->p.z)));
-    return vec3_madd(s->p, s->n, copysignf((1.0f + most) * SURFACE_RAY_EPSILON, vec3_dot(s->n, d)));
+    float length2 = vec3_dot(*shading, *shading), scale = 1.0f / sqrtf(length2);
+    bool is_usable = length2 > 1e-20f;
+    *n = vec3_normalize(*n);
+    shading->x = is_usable ? shading->x * scale : n->x;
+    shading->y = is_usable ? shading->y * scale : n->y;
+    shading->z = is_usable ? shading->z * scale : n->z;
 }
 
-/* A ray from the surface without end. */
-static inline struct ray surface_ray(const struct surface *s, struct vec3 d)
+/* A frame around n whose s lies along dp/du, for materials that have a direction; any frame where
+ * there is none. */
+struct frame surface_frame_along(struct vec3 n, struct vec3 dp_du);
+
+/* A point beside the surface point p with normal n, on the side of d, from which rays do not meet
+ * the surface again. */
+static inline struct vec3 surface_offset(struct vec3 p, struct vec3 n, struct vec3 d)
 {
-    return (struct ray){surface_offset(s, d), 0.0f, d, INFINITY};
+    float most = max_float(fabsf(p.x), max_float(fabsf(p.y), fabsf(p.z)));
+    return vec3_madd(p, n, copysignf((1.0f + most) * SURFACE_RAY_EPSILON, vec3_dot(n, d)));
 }
 
-/* A ray from the surface that ends shortly before p. */
-static inline struct ray surface_ray_to(const struct surface *s, struct vec3 p)
+/* A ray from the surface point p with normal n, without end. */
+static inline struct ray surface_ray(struct vec3 p, struct vec3 n, struct vec3 d)
 {
-    struct vec3 o = surface_offset(s, vec3_sub(p, s->p)), d = vec3_sub(p, o);
+    return (struct ray){surface_offset(p, n, d), 0.0f, d, INFINITY};
+}
+
+/* A ray from there that ends shortly before `end`. */
+static inline struct ray surface_ray_to(struct vec3 p, struct vec3 n, struct vec3 end)
+{
+    struct vec3 o = surface_offset(p, n, vec3_sub(end, p)), d = vec3_sub(end, o);
     float distance = vec3_length(d);
     return (struct ray){o, 0.0f, vec3_scale(d, 1.0f / distance),
                         distance * (1.0f - SURFACE_SHADOW_EPSILON)};

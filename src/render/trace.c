@@ -3,8 +3,6 @@
 #include <xmmintrin.h>
 
 #include "base/pool.h"
-#include "render/camera.h"
-#include "render/filter.h"
 #include "render/stream.h"
 #include "render/view.h"
 
@@ -45,8 +43,7 @@ struct job {
     struct trace_settings settings;
     struct window window;
     struct trace_output out;
-    struct camera camera;
-    struct filter filter;
+    struct stream_film film;
     bool needs_light;
 };
 
@@ -57,8 +54,10 @@ static void job_init(struct job *j, const struct view *v, const struct trace_set
     if (j->settings.spp == 0) j->settings.spp = 1;
     if ((out->half_a || out->half_b) && j->settings.spp % 2) j->settings.spp++;
     j->needs_light = out->color || out->half_a || out->half_b;
-    camera_init(&j->camera, &view_state(v)->sensor, w->full_width, w->full_height);
-    filter_init(&j->filter, t->filter, t->filter_radius, t->filter_stddev);
+    j->film = (struct stream_film){
+        .width = w->full_width, .height = w->full_height, .sampler = t->sampler, .seed = t->seed};
+    camera_init(&j->film.camera, &view_state(v)->sensor, w->full_width, w->full_height);
+    filter_init(&j->film.filter, t->filter, t->filter_radius, t->filter_stddev);
 }
 
 static void store(float *to, size_t pixel, struct vec3 sum, float scale)
@@ -76,39 +75,22 @@ struct tile {
     float buffers[TILE * TILE][BUFFER_CHANNELS];
 };
 
-/* Where a path of a stream belongs. */
+/* Where a path belongs. */
 struct origin {
     uint32_t pixel; /* of the tile */
     uint32_t sample;
-    float offset; /* from the pinhole to the ray's start */
 };
 
-static void start_path(const struct job *j, const struct tile *tile, struct path *p,
-                       struct origin *o)
-{
-    const struct trace_settings *t = &j->settings;
-    const struct window *w = &j->window;
-    uint32_t x = w->x + tile->x + o->pixel % tile->width;
-    uint32_t y = w->y + tile->y + o->pixel / tile->width;
-    float cx = (float)x + 0.5f, cy = (float)y + 0.5f;
-    p->sampler = sampler_start(t->sampler, t->seed, (uint64_t)y * w->full_width + x, o->sample);
-    struct vec2 u = sampler_next_2d(&p->sampler);
-    float px = cx + filter_sample(&j->filter, u.x, -cx, (float)w->full_width - cx);
-    float py = cy + filter_sample(&j->filter, u.y, -cy, (float)w->full_height - cy);
-    struct ray ray = camera_ray(&j->camera, px, py, &o->offset);
-    path_start(p, &ray);
-}
-
-static void add_buffers(const struct job *j, struct tile *tile, const struct path *p,
-                        const struct origin *o)
+static void add_buffers(const struct job *j, struct tile *tile, const struct origin *o,
+                        const struct ray *ray, float offset, const struct hit *hit)
 {
     const struct view *v = j->view;
     float *buffers = tile->buffers[o->pixel];
-    path_add_buffers(v, &j->settings, &p->ray, o->offset, &p->hit, buffers);
-    if (o->sample != 0 || p->hit.shape == SCENE_NONE) return;
-    const struct view_instance *instance = &v->instances[p->hit.instance];
-    buffers[BUFFER_SHAPE_ID] = (float)(instance->shapes[p->hit.shape].index + 1);
-    buffers[BUFFER_PRIMITIVE_ID] = (float)p->hit.primitive;
+    path_add_buffers(v, &j->settings, ray, offset, hit, buffers);
+    if (o->sample != 0 || hit->shape == SCENE_NONE) return;
+    const struct view_instance *instance = &v->instances[hit->instance];
+    buffers[BUFFER_SHAPE_ID] = (float)(instance->shapes[hit->shape].index + 1);
+    buffers[BUFFER_PRIMITIVE_ID] = (float)hit->primitive;
 }
 
 /* A sample that is no number (broken normals in a file, an overflow) is black. */
@@ -122,12 +104,17 @@ static void add_radiance(struct tile *tile, const struct origin *o, struct vec3 
 static void flush(const struct job *j, struct tile *tile, struct stream *s,
                   const struct origin *origins)
 {
+    uint32_t n = s->n; /* tracing leaves fewer lanes */
+    stream_start(s, j->view, &j->film);
     stream_cast(s, j->view);
-    if (j->out.buffers)
-        for (uint32_t i = 0; i < s->n; i++) add_buffers(j, tile, &s->paths[i], &origins[i]);
+    for (uint32_t i = 0; j->out.buffers && i < n; i++) {
+        struct ray ray = {lanes3_get(&s->o, i), 0.0f, lanes3_get(&s->d, i), s->t_max[i]};
+        add_buffers(j, tile, &origins[i], &ray, s->offset[i], &s->hit[i]);
+    }
     if (j->needs_light) {
         stream_trace(s, j->view, &j->settings);
-        for (uint32_t i = 0; i < s->n; i++) add_radiance(tile, &origins[i], s->paths[i].radiance);
+        for (uint32_t i = 0; i < n; i++)
+            add_radiance(tile, &origins[i], lanes3_get(&s->radiance, i));
     }
     s->n = 0;
 }
@@ -149,7 +136,6 @@ static void store_tile(const struct job *j, const struct tile *tile)
     }
 }
 
-/* The tile whose top left pixel in the window is (x, y). */
 static void start_tile(const struct job *j, struct tile *tile, uint32_t x, uint32_t y)
 {
     const struct window *w = &j->window;
@@ -161,6 +147,12 @@ static void start_tile(const struct job *j, struct tile *tile, uint32_t x, uint3
     if (j->out.buffers) memset(tile->buffers, 0, sizeof tile->buffers);
 }
 
+static uint32_t min_u32(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
+/* The tile whose top left pixel in the window is (x, y). */
 static void trace_tile(const struct job *j, uint32_t x, uint32_t y)
 {
     unsigned before = _mm_getcsr();
@@ -172,13 +164,13 @@ static void trace_tile(const struct job *j, uint32_t x, uint32_t y)
     stream.n = 0;
     for (uint32_t pixel = 0; pixel < tile.width * tile.height; pixel++) {
         for (uint32_t i = 0; i < j->settings.spp; i++) {
-            /* Packets start at the same samples of a pixel wherever the pixel is. */
-            if (stream.n + STREAM_PACKET > STREAM_SIZE && i % STREAM_PACKET == 0)
+            /* The same samples of a pixel share a stream wherever the pixel is. */
+            uint32_t rest = j->settings.spp - i;
+            if (i % STREAM_SIZE == 0 && stream.n + min_u32(rest, STREAM_SIZE) > STREAM_SIZE)
                 flush(j, &tile, &stream, origins);
-            struct origin *o = &origins[stream.n];
-            *o = (struct origin){.pixel = pixel, .sample = i};
-            struct path *p = stream_add(&stream, i % STREAM_PACKET == 0);
-            start_path(j, &tile, p, o);
+            origins[stream.n] = (struct origin){.pixel = pixel, .sample = i};
+            stream_add(&stream, &j->film, j->window.x + x + pixel % tile.width,
+                       j->window.y + y + pixel / tile.width, i);
         }
     }
     flush(j, &tile, &stream, origins);
@@ -197,6 +189,21 @@ void view_trace(const struct view *v, const struct trace_settings *t, const stru
 
 /* ---- One path after another ------------------------------------------------------------------ */
 
+/* The primary ray of sample o, and its sampler. */
+static struct ray start_path(const struct job *j, const struct tile *tile, const struct origin *o,
+                             struct sampler *sampler, float *offset)
+{
+    const struct stream_film *f = &j->film;
+    uint32_t x = j->window.x + tile->x + o->pixel % tile->width;
+    uint32_t y = j->window.y + tile->y + o->pixel / tile->width;
+    float cx = (float)x + 0.5f, cy = (float)y + 0.5f;
+    *sampler = sampler_start(f->sampler, f->seed, (uint64_t)y * f->width + x, o->sample);
+    struct vec2 u = sampler_next_2d(sampler);
+    float px = cx + filter_sample(&f->filter, u.x, -cx, (float)f->width - cx);
+    float py = cy + filter_sample(&f->filter, u.y, -cy, (float)f->height - cy);
+    return camera_ray(&f->camera, px, py, offset);
+}
+
 static void trace_tile_plain(const struct job *j, uint32_t x, uint32_t y)
 {
     unsigned before = _mm_getcsr();
@@ -206,11 +213,15 @@ static void trace_tile_plain(const struct job *j, uint32_t x, uint32_t y)
     for (uint32_t pixel = 0; pixel < tile.width * tile.height; pixel++) {
         for (uint32_t i = 0; i < j->settings.spp; i++) {
             struct origin o = {.pixel = pixel, .sample = i};
-            struct path p;
-            start_path(j, &tile, &p, &o);
-            accel_intersect(j->view->top, &p.ray, true, &p.hit);
-            if (j->out.buffers) add_buffers(j, &tile, &p, &o);
-            if (j->needs_light) add_radiance(&tile, &o, path_radiance(&p, j->view, &j->settings));
+            struct sampler sampler;
+            struct hit hit;
+            float offset;
+            struct ray ray = start_path(j, &tile, &o, &sampler, &offset);
+            accel_intersect(j->view->top, &ray, &hit);
+            if (j->out.buffers) add_buffers(j, &tile, &o, &ray, offset, &hit);
+            if (!j->needs_light) continue;
+            struct vec3 radiance = path_radiance(j->view, &j->settings, &ray, &hit, &sampler);
+            add_radiance(&tile, &o, radiance);
         }
     }
     store_tile(j, &tile);

@@ -103,7 +103,7 @@ static void refresh_instance(struct view *v, uint32_t index)
         .shapes = v->world->shapes + s->groups[i->group].first_shape,
         .to_world = &i->to_world,
         .is_identity = is_identity(&i->to_world),
-        .determinant = fabsf(det),
+        .determinant = det,
         .scale = uniform_scale(&i->to_world),
     };
     accel_top_set_instance(v->top, index, &i->to_world, i->is_visible);
@@ -114,6 +114,21 @@ static bool has_changed(const struct instance *a, const struct instance *b)
 {
     return a->is_visible != b->is_visible ||
            memcmp(a->to_world.m, b->to_world.m, sizeof a->to_world.m) != 0;
+}
+
+static struct light area_light(const struct view *v, uint32_t instance,
+                               const struct world_shape *shape)
+{
+    const struct view_instance *i = &v->instances[instance];
+    struct light l = {
+        .kind = EMITTER_AREA, .emitter = shape->emitter, .instance = instance, .shape = shape};
+    uint32_t radiance = v->state.emitters[shape->emitter].radiance;
+    l.is_plain = shape->flat_side != 0.0f && i->scale > 0.0f &&
+                 v->state.textures[radiance].kind == TEXTURE_CONSTANT;
+    if (!l.is_plain) return l;
+    l.per_area = 1.0f / (shape->total_area * i->scale * i->scale);
+    l.side = shape->is_flipped == (i->determinant < 0.0f) ? shape->flat_side : -shape->flat_side;
+    return l;
 }
 
 /* Shapes first, in order of instances; then points; environments last. */
@@ -129,8 +144,7 @@ static void refresh_lights(struct view *v)
         for (uint32_t j = 0; j < g->n_shapes; j++) {
             const struct world_shape *shape = &v->instances[i].shapes[j];
             if (shape->emitter == SCENE_NONE) continue;
-            v->lights[v->n_lights++] = (struct light){
-                .kind = EMITTER_AREA, .emitter = shape->emitter, .instance = i, .shape = shape};
+            v->lights[v->n_lights++] = area_light(v, i, shape);
         }
     }
     for (int pass = 0; pass < 2; pass++) {
@@ -152,9 +166,7 @@ void view_refresh(struct view *v, bool is_first)
         refresh_instance(v, i);
         has_moved = true;
     }
-    if (has_moved) {
-        accel_top_commit(v->top);
-        refresh_lights(v);
-    }
+    if (has_moved) accel_top_commit(v->top);
+    refresh_lights(v);
     material_init(v->materials, v->state.bsdfs, s->n_bsdfs, &v->textures);
 }

@@ -15,7 +15,10 @@ struct pool;
 struct world;
 struct view;
 
-lmn_status world_new(const struct scene *scene, struct world **out, struct error *err);
+/* `cpu`: instruction sets that may be used, a mask of enum cpu_flag. Results do not depend on it,
+ * but for the last bits of what Embree finds. */
+lmn_status world_new(const struct scene *scene, uint32_t cpu, struct world **out,
+                     struct error *err);
 void world_free(struct world *w);
 
 /* The view starts at the scene's defaults. The world must outlive it. */

@@ -3,6 +3,7 @@
 
 #include "base/mem.h"
 #include "render/light.h"
+#include "render/stream.h"
 
 static struct vec3 vertex(const struct mesh *m, uint32_t index)
 {
@@ -27,6 +28,27 @@ static lmn_status init_area(struct world_shape *shape, const struct mesh *m, str
     return ok ? LMN_OK : fail_memory(err, "light table");
 }
 
+/* Whether shading normals differ from the faces' by no more than rounding: 1, -1 or 0, as
+ * world_shape has it. Many files give normals to flat things. */
+static float flat_side(const struct mesh *m)
+{
+    float sides[2] = {0, 0};
+    if (!m->normals) return 1.0f;
+    for (uint32_t i = 0; i < m->n_triangles; i++) {
+        const uint32_t *at = m->indices + 3 * (size_t)i;
+        struct vec3 p = vertex(m, at[0]);
+        struct vec3 n = vec3_cross(vec3_sub(vertex(m, at[1]), p), vec3_sub(vertex(m, at[2]), p));
+        for (int k = 0; k < 3; k++) {
+            const float *q = m->normals + 3 * (size_t)at[k];
+            struct vec3 ns = vec3(q[0], q[1], q[2]);
+            float cosine = vec3_dot(n, ns) / (vec3_length(n) * vec3_length(ns));
+            if (!(fabsf(cosine) > 1.0f - 1e-6f)) return 0.0f; /* a NaN too */
+            sides[cosine < 0.0f] = 1.0f;
+        }
+    }
+    return sides[0] - sides[1];
+}
+
 static lmn_status init_shape(struct world *w, uint32_t index, struct error *err)
 {
     const struct shape *s = &w->scene->shapes[index];
@@ -46,7 +68,9 @@ static lmn_status init_shape(struct world *w, uint32_t index, struct error *err)
     shape->normals = m->normals;
     shape->uvs = m->uvs;
     shape->indices = m->indices;
-    return s->emitter != SCENE_NONE ? init_area(shape, m, err) : LMN_OK;
+    if (s->emitter == SCENE_NONE) return LMN_OK;
+    shape->flat_side = flat_side(m);
+    return init_area(shape, m, err);
 }
 
 /* Shapes that no light can be on: nothing to choose a point from. */
@@ -88,13 +112,14 @@ static lmn_status init_envmaps(struct world *w, struct error *err)
     return LMN_OK;
 }
 
-lmn_status world_new(const struct scene *scene, struct world **out, struct error *err)
+lmn_status world_new(const struct scene *scene, uint32_t cpu, struct world **out, struct error *err)
 {
     lmn_status status = LMN_OK;
     struct world *w = mem_new(1, sizeof *w);
     *out = NULL;
     if (!w) return fail_memory(err, "renderer");
     w->scene = scene;
+    w->kernels = stream_kernels_for(cpu);
     w->shapes = mem_new(scene->n_shapes, sizeof *w->shapes);
     w->group_n_lights = mem_new(scene->n_groups, sizeof *w->group_n_lights);
     w->envmaps = mem_new(scene->n_bitmaps, sizeof *w->envmaps);
@@ -106,7 +131,7 @@ lmn_status world_new(const struct scene *scene, struct world **out, struct error
     texture_decode_init(w->decode);
     TRY(init_shapes(w, err));
     TRY(init_envmaps(w, err));
-    TRY(accel_new(scene, &w->accel, err));
+    TRY(accel_new(scene, cpu, &w->accel, err));
     *out = w;
     w = NULL;
 done:

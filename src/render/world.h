@@ -23,6 +23,8 @@ struct world_shape {
     uint32_t index;           /* into scene->shapes */
     struct distribution area; /* emissive meshes: triangles by area in group space */
     float total_area;         /* emissive meshes: in group space */
+    float flat_side;          /* emissive meshes whose shading normals are those of the faces: 1;
+                                 opposite to them: -1; otherwise 0 */
 };
 
 /* An image of radiance around the scene, ready for sampling. The picture's texel centres are nodes
@@ -36,6 +38,7 @@ struct world_envmap {
 
 struct world {
     const struct scene *scene;
+    const struct stream_kernels *kernels;
     struct accel *accel;
     struct world_shape *shapes;   /* [n_shapes] */
     uint32_t *group_n_lights;     /* [n_groups] */
@@ -49,7 +52,7 @@ struct view_instance {
     const struct world_shape *shapes; /* of its group */
     const struct transform *to_world;
     bool is_identity;
-    float determinant; /* |det| of to_world */
+    float determinant; /* of to_world */
     float scale;       /* of lengths, when it is the same in all directions; else 0 */
 };
 
@@ -59,6 +62,11 @@ struct light {
     uint32_t emitter; /* into state->emitters */
     uint32_t instance;
     const struct world_shape *shape; /* EMITTER_AREA */
+    /* Flat meshes that are scaled alike in all directions, and shine the same everywhere: their
+     * triangles are sampled in world space (light_triangle). */
+    bool is_plain;
+    float per_area; /* density of points on it: 1 / its area in world space */
+    float side;     /* which side of its triangles' normals shines, in world space: 1 or -1 */
 };
 
 struct view {

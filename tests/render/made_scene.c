@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/cpu.h"
 #include "base/mem.h"
 
 /* Tests have no use for a half-made scene. */
@@ -342,7 +343,8 @@ struct made_scene *made_all_kinds(uint32_t width, uint32_t height)
 struct view *made_view(struct made_scene *m)
 {
     struct error err = {""};
-    if (world_new(&m->scene, &m->world, &err) || view_new(m->world, &m->view, &err)) abort();
+    if (world_new(&m->scene, cpu_detect(), &m->world, &err) || view_new(m->world, &m->view, &err))
+        abort();
     return m->view;
 }
 

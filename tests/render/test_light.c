@@ -137,7 +137,7 @@ static bool seen(const struct view *v, struct vec3 d, struct surface *s)
 {
     struct ray r = {reference, 0, d, INFINITY};
     struct hit hit;
-    accel_intersect(v->top, &r, false, &hit);
+    accel_intersect(v->top, &r, &hit);
     if (hit.shape == SCENE_NONE) return false;
     surface_init(s, v, &r, &hit);
     return s->shape->emitter != SCENE_NONE && vec3_dot(s->frame.n, d) < 0;

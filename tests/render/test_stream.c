@@ -7,8 +7,10 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/cpu.h"
 #include "made_scene.h"
 #include "picture.h"
+#include "render/stream.h"
 
 #include "../image/cmocka_all.h" /* last: its macro fail() hides ours */
 
@@ -53,8 +55,8 @@ static void files(void **state)
         struct world *w = NULL;
         struct view *v = NULL;
         struct error err = {""};
-        if (scene_load(found.gl_pathv[i], &options, &s, &err) || world_new(s, &w, &err) ||
-            view_new(w, &v, &err))
+        if (scene_load(found.gl_pathv[i], &options, &s, &err) ||
+            world_new(s, cpu_detect(), &w, &err) || view_new(w, &v, &err))
             fail_msg("%s", err.text);
         struct trace_settings t;
         trace_settings_init(&t, s);
@@ -97,10 +99,39 @@ static void counts(void **state)
     (void)state;
     struct made_scene *m = made_all_kinds(64, 48);
     struct view *v = made_view(m);
-    static const uint32_t spp[] = {2, 4, 6, 14, 16, 18, 62, 64, 66, 130};
+    static const uint32_t spp[] = {2, 4, 6, 14, 16, 18, 62, 64, 66, 126, 128, 130, 258};
     for (size_t i = 0; i < sizeof spp / sizeof *spp; i++) {
         struct trace_settings t = made_settings(m, 5, spp[i]);
         compare("count", v, &t, 19, 11);
+    }
+    made_scene_free(m);
+}
+
+/* The kernels of all instruction sets: the same bytes. */
+static void instruction_sets(void **state)
+{
+    (void)state;
+    static const uint32_t sets[] = {0, CPU_AVX2, CPU_AVX2 | CPU_AVX512};
+    struct made_scene *m = made_all_kinds(64, 48);
+    struct view *v = made_view(m);
+    struct window w = picture_whole(64, 48);
+    for (int i = 0; i < 4; i++) {
+        struct trace_settings t = made_settings(m, 7, 10);
+        if (i & 1) t.sampler = SAMPLER_SOBOL;
+        if (i & 2) t.mis = MIS_BALANCE;
+        m->world->kernels = stream_kernels_for(sets[0]);
+        struct picture expected = picture_trace(view_trace, v, &t, &w);
+        for (size_t k = 1; k < sizeof sets / sizeof *sets; k++) {
+            if ((cpu_detect() & sets[k]) != sets[k]) {
+                print_message("skipped: no %s on this machine\n", cpu_name(sets[k]));
+                continue;
+            }
+            m->world->kernels = stream_kernels_for(sets[k]);
+            struct picture p = picture_trace(view_trace, v, &t, &w);
+            if (!picture_is_crop(&p, &expected, 0, 0)) fail_msg("%s", m->world->kernels->name);
+            picture_release(&p);
+        }
+        picture_release(&expected);
     }
     made_scene_free(m);
 }
@@ -111,6 +142,7 @@ int main(void)
         cmocka_unit_test(files),
         cmocka_unit_test(settings),
         cmocka_unit_test(counts),
+        cmocka_unit_test(instruction_sets),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

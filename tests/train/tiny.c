@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "base/cpu.h"
+#include "base/cpu.h"
 #include "base/file.h"
 #include "train/options.h"
 
@@ -84,7 +85,7 @@ void tiny_init(struct tiny *t, uint32_t n_threads)
     write_text(t->variables_path, variables_json);
     const struct scene_load_options options = {0};
     need(scene_load(t->scene_path, &options, &t->scene, &err), &err);
-    need(world_new(t->scene, &t->world, &err), &err);
+    need(world_new(t->scene, cpu_detect(), &t->world, &err), &err);
     t->place = (struct workplace){
         .scene = t->scene, .world = t->world, .cpu = cpu_detect(), .scene_path = "scenes/tiny.xml"};
     tiny_set_threads(t, n_threads);

@@ -1,0 +1,258 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The steps of stream.h for one instruction set: included by stream_baseline.c, stream_avx2.c and
+ * stream_avx512.c, which define STREAM_KERNELS, the table's name, and STREAM_NAME. What happens
+ * in a lane is a function of its own, whose structs compilers take apart before they look for
+ * vectors; it has no branches, only choices between values. */
+#include "render/light.h"
+#include "render/stream.h"
+
+/* All calls are inlined: a loop that calls is no loop of vectors. */
+#define LANE static inline __attribute__((always_inline, flatten))
+
+static inline float choose(bool condition, float a, float b)
+{
+    return condition ? a : b;
+}
+
+static inline void lanes3_choose(struct lanes3 *to, uint32_t i, bool condition, struct vec3 v)
+{
+    to->x[i] = choose(condition, v.x, to->x[i]);
+    to->y[i] = choose(condition, v.y, to->y[i]);
+    to->z[i] = choose(condition, v.z, to->z[i]);
+}
+
+static inline struct frame lane_frame(const struct stream *s, uint32_t i)
+{
+    return (struct frame){lanes3_get(&s->frame_s, i), lanes3_get(&s->frame_t, i),
+                          lanes3_get(&s->frame_n, i)};
+}
+
+/* Some loops exist once for each kind of sampler, as a loop of vectors cannot branch. */
+
+LANE void start_lane(struct stream *s, uint32_t i, enum sampler_kind kind, uint64_t seed)
+{
+    struct sampler r = sampler_start(kind, seed, s->pixel[i], s->sample[i]);
+    struct vec2 u = sampler_next_2d(&r);
+    s->u[0][i] = u.x;
+    s->u[1][i] = u.y;
+    if (kind == SAMPLER_INDEPENDENT) {
+        s->rng_state[i] = r.rng.state;
+        s->rng_stream[i] = r.rng.stream;
+    } else {
+        s->seed[i] = r.seed;
+        s->index[i] = r.index;
+    }
+}
+
+static void start(struct stream *s, enum sampler_kind kind, uint64_t seed)
+{
+    uint32_t n = s->n;
+    if (kind == SAMPLER_INDEPENDENT) {
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) start_lane(s, i, SAMPLER_INDEPENDENT, seed);
+    } else {
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) start_lane(s, i, SAMPLER_SOBOL, seed);
+    }
+}
+
+LANE void look_lane(struct stream *s, uint32_t i, const struct camera *camera)
+{
+    struct ray ray = camera_ray(camera, s->u[0][i], s->u[1][i], &s->offset[i]);
+    lanes3_set(&s->o, i, ray.o);
+    lanes3_set(&s->d, i, ray.d);
+    s->t_max[i] = ray.t_max;
+}
+
+static void look(struct stream *s, const struct camera *camera)
+{
+    const struct camera c = *camera;
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) look_lane(s, i, &c);
+}
+
+LANE void draw_lane(struct stream *s, uint32_t i, enum sampler_kind kind, uint32_t dimension)
+{
+    struct sampler r = {.kind = kind, .seed = s->seed[i], .index = s->index[i]};
+    r.rng = (struct rng){s->rng_state[i], s->rng_stream[i]};
+    sampler_skip_to(&r, dimension);
+    struct vec2 light = sampler_next_2d(&r), direction = sampler_next_2d(&r);
+    s->u[0][i] = light.x;
+    s->u[1][i] = light.y;
+    s->u[2][i] = direction.x;
+    s->u[3][i] = direction.y;
+    s->u[4][i] = sampler_next_1d(&r);
+    s->u[5][i] = sampler_next_1d(&r);
+    if (kind == SAMPLER_INDEPENDENT) s->rng_state[i] = r.rng.state;
+}
+
+static void draw(struct stream *s, enum sampler_kind kind, uint32_t dimension)
+{
+    uint32_t n = s->n;
+    if (kind == SAMPLER_INDEPENDENT) {
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) draw_lane(s, i, SAMPLER_INDEPENDENT, dimension);
+    } else {
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) draw_lane(s, i, SAMPLER_SOBOL, dimension);
+    }
+}
+
+LANE void surface_lane(struct stream *s, uint32_t i)
+{
+    struct vec3 n = lanes3_get(&s->normal, i), shading = lanes3_get(&s->frame_n, i);
+    surface_normals(&n, &shading);
+    struct frame frame = frame_from_normal(shading);
+    lanes3_set(&s->normal, i, n);
+    lanes3_set(&s->frame_s, i, frame.s);
+    lanes3_set(&s->frame_t, i, frame.t);
+    lanes3_set(&s->frame_n, i, frame.n);
+    lanes3_set(&s->wi, i, frame_to_local(&frame, vec3_neg(lanes3_get(&s->d, i))));
+}
+
+static void surface(struct stream *s)
+{
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) surface_lane(s, i);
+}
+
+LANE void light_lane(struct stream *s, uint32_t i, float n_lights)
+{
+    struct light_triangle t = {
+        .p = lanes3_get(&s->triangle_p, i),
+        .e0 = lanes3_get(&s->triangle_e0, i),
+        .e1 = lanes3_get(&s->triangle_e1, i),
+        .radiance = lanes3_get(&s->light_radiance, i),
+        .per_area = s->triangle_per_area[i],
+        .side = s->triangle_side[i],
+    };
+    struct light_sample l;
+    bool is_found = light_triangle_sample(&l, &t, lanes3_get(&s->p, i), s->u[0][i], s->u[1][i],
+                                          n_lights);
+    bool is_wide = s->light_lane[i] == LANE_WIDE;
+    lanes3_choose(&s->light_p, i, is_wide, l.p);
+    lanes3_choose(&s->light_d, i, is_wide, l.d);
+    lanes3_choose(&s->light_weight, i, is_wide, l.weight);
+    s->light_pdf[i] = choose(is_wide, l.pdf, s->light_pdf[i]);
+    s->light_lane[i] = (is_wide & !is_found) ? LANE_OFF : s->light_lane[i];
+}
+
+static void light(struct stream *s, float n_lights)
+{
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) light_lane(s, i, n_lights);
+}
+
+LANE void eval_lane(struct stream *s, uint32_t i)
+{
+    struct frame frame = lane_frame(s, i);
+    struct vec3 wo = frame_to_local(&frame, lanes3_get(&s->light_d, i));
+    float side = s->bsdf_side[i], wi_z = s->wi.z[i] * side, pdf = wo.z * side * MATH_INV_PI;
+    bool is_lit = (wi_z > 0.0f) & (wo.z * side > 0.0f);
+    pdf = choose(is_lit, pdf, 0.0f);
+    lanes3_set(&s->light_wo, i, wo);
+    lanes3_set(&s->value, i, vec3_scale(lanes3_get(&s->reflectance, i), pdf));
+    s->value_pdf[i] = pdf;
+}
+
+static void eval(struct stream *s)
+{
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) eval_lane(s, i);
+}
+
+LANE void connect_lane(struct stream *s, uint32_t i, enum mis_kind mis)
+{
+    struct vec3 p = lanes3_get(&s->p, i), normal = lanes3_get(&s->normal, i);
+    struct vec3 value = lanes3_get(&s->value, i), weight = lanes3_get(&s->light_weight, i);
+    struct vec3 throughput = lanes3_get(&s->throughput, i);
+    struct vec3 d = lanes3_get(&s->light_d, i);
+    struct ray far = surface_ray(p, normal, d);
+    struct ray near = surface_ray_to(p, normal, lanes3_get(&s->light_p, i));
+    float share = path_mis_weight(mis, s->light_pdf[i], s->value_pdf[i]);
+    bool is_far = s->light_is_infinite[i] != 0;
+    share = choose(s->light_is_delta[i] != 0, 1.0f, share);
+    lanes3_set(&s->light, i, vec3_scale(vec3_mul(vec3_mul(value, weight), throughput), share));
+    lanes3_set(&s->shadow_o, i, near.o);
+    lanes3_set(&s->shadow_d, i, near.d);
+    lanes3_choose(&s->shadow_o, i, is_far, far.o);
+    lanes3_choose(&s->shadow_d, i, is_far, far.d);
+    s->shadow_t_max[i] = choose(is_far, far.t_max, near.t_max);
+    bool is_dark = vec3_is_zero(value) || vec3_is_zero(weight);
+    s->is_connected[i] = s->is_alive[i] & (s->light_lane[i] != LANE_OFF) & !is_dark;
+}
+
+static void connect(struct stream *s, enum mis_kind mis)
+{
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) connect_lane(s, i, mis);
+}
+
+LANE void sample_lane(struct stream *s, uint32_t i)
+{
+    float side = s->bsdf_side[i];
+    struct vec3 wo = warp_cosine_hemisphere(s->u[2][i], s->u[3][i]);
+    float pdf = warp_cosine_hemisphere_pdf(wo.z);
+    bool is_lit = (s->wi.z[i] * side > 0.0f) & (pdf > 0.0f);
+    struct vec3 weight = lanes3_get(&s->reflectance, i);
+    lanes3_set(&s->wo, i, vec3(wo.x, wo.y, wo.z * side));
+    s->weight.x[i] = choose(is_lit, weight.x, 0.0f);
+    s->weight.y[i] = choose(is_lit, weight.y, 0.0f);
+    s->weight.z[i] = choose(is_lit, weight.z, 0.0f);
+    s->wo_pdf[i] = pdf;
+    s->wo_eta[i] = 1.0f;
+    s->wo_is_delta[i] = 0;
+}
+
+static void sample(struct stream *s)
+{
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) sample_lane(s, i);
+}
+
+LANE void scatter_lane(struct stream *s, uint32_t i, float least_survival)
+{
+    struct vec3 throughput = vec3_mul(lanes3_get(&s->throughput, i), lanes3_get(&s->weight, i));
+    struct vec3 p = lanes3_get(&s->p, i);
+    struct frame frame = lane_frame(s, i);
+    float most = vec3_max(throughput), eta = s->eta[i] * s->wo_eta[i];
+    float survival = max_float(path_survival(most, eta), least_survival);
+    bool survives = (most > 0.0f) & (s->u[5][i] < survival);
+    struct ray ray = surface_ray(p, lanes3_get(&s->normal, i),
+                                 frame_to_world(&frame, lanes3_get(&s->wo, i)));
+    s->is_alive[i] &= survives;
+    lanes3_set(&s->throughput, i, vec3_scale(throughput, 1.0f / survival));
+    lanes3_set(&s->last_p, i, p);
+    lanes3_set(&s->o, i, ray.o);
+    lanes3_set(&s->d, i, ray.d);
+    s->t_max[i] = INFINITY;
+    s->eta[i] = eta;
+    s->last_pdf[i] = s->wo_pdf[i];
+    s->last_is_delta[i] = s->wo_is_delta[i];
+}
+
+static void scatter(struct stream *s, float least_survival)
+{
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) scatter_lane(s, i, least_survival);
+}
+
+const struct stream_kernels STREAM_KERNELS = {
+    .name = STREAM_NAME,
+    .start = start,
+    .look = look,
+    .draw = draw,
+    .surface = surface,
+    .light = light,
+    .eval = eval,
+    .connect = connect,
+    .sample = sample,
+    .scatter = scatter,
+};

@@ -308,6 +308,10 @@ static void scatter(struct stream *s, const struct view *v, const struct trace_s
         s->wo_is_delta[i] = (b.lobe & LOBE_DELTA) != 0;
     }
     v->world->kernels->scatter(s, depth + 1 >= t->rr_depth ? 0.0f : 1.0f);
+    /* The last ray of a path can only add what it hits emits: where that is nothing for sure, it
+     * need not be cast. */
+    bool is_last = t->max_depth >= 0 && depth + 2 >= t->max_depth;
+    if (is_last && v->n_boxes != VIEW_NO_BOXES) v->world->kernels->aim(s, v->boxes, v->n_boxes);
     compact(s);
 }
 

@@ -96,6 +96,7 @@ struct stream {
     struct lanes3 wo, weight;
     float wo_pdf[STREAM_SIZE], wo_eta[STREAM_SIZE];
     uint32_t wo_is_delta[STREAM_SIZE];
+    uint32_t is_aimed[STREAM_SIZE]; /* at something that may shine */
 
     struct lanes3 radiance; /* the result, by number of path */
 };
@@ -131,6 +132,8 @@ struct stream_kernels {
     /* The next rays; paths whose throughput is zero, or that lose at roulette, die. The chance to
      * survive is at least `least_survival`: 1 where roulette is not yet played. */
     void (*scatter)(struct stream *s, float least_survival);
+    /* Paths whose ray misses all boxes die. */
+    void (*aim)(struct stream *s, const struct bounds *boxes, uint32_t n_boxes);
 };
 
 extern const struct stream_kernels stream_kernels_baseline, stream_kernels_avx2,

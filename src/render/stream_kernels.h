@@ -244,6 +244,35 @@ static void scatter(struct stream *s, float least_survival)
     for (uint32_t i = 0; i < n; i++) scatter_lane(s, i, least_survival);
 }
 
+LANE bool meets(struct vec3 o, struct vec3 inverse_d, const struct bounds *box)
+{
+    struct vec3 a = vec3_mul(vec3_sub(box->min, o), inverse_d);
+    struct vec3 b = vec3_mul(vec3_sub(box->max, o), inverse_d);
+    float near = max_float(max_float(min_float(a.x, b.x), min_float(a.y, b.y)),
+                           max_float(min_float(a.z, b.z), 0.0f));
+    float far = min_float(min_float(max_float(a.x, b.x), max_float(a.y, b.y)), max_float(a.z, b.z));
+    return near <= far;
+}
+
+LANE void aim_lane(struct stream *s, uint32_t i, const struct bounds *box, uint32_t is_first)
+{
+    struct vec3 d = lanes3_get(&s->d, i);
+    struct vec3 inverse = vec3(1.0f / d.x, 1.0f / d.y, 1.0f / d.z);
+    uint32_t is_met = meets(lanes3_get(&s->o, i), inverse, box);
+    s->is_aimed[i] = is_first ? is_met : s->is_aimed[i] | is_met;
+}
+
+static void aim(struct stream *s, const struct bounds *boxes, uint32_t n_boxes)
+{
+    uint32_t n = s->n;
+    for (uint32_t k = 0; k < n_boxes; k++) {
+        const struct bounds box = boxes[k];
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) aim_lane(s, i, &box, k == 0);
+    }
+    for (uint32_t i = 0; i < n; i++) s->is_alive[i] &= n_boxes > 0 ? s->is_aimed[i] : 0;
+}
+
 const struct stream_kernels STREAM_KERNELS = {
     .name = STREAM_NAME,
     .start = start,
@@ -255,4 +284,5 @@ const struct stream_kernels STREAM_KERNELS = {
     .connect = connect,
     .sample = sample,
     .scatter = scatter,
+    .aim = aim,
 };

@@ -5,6 +5,7 @@
 
 #include "base/mem.h"
 #include "render/world.h"
+#include "scene/bounds.h"
 
 lmn_status view_new(const struct world *w, struct view **out, struct error *err)
 {
@@ -131,6 +132,26 @@ static struct light area_light(const struct view *v, uint32_t instance,
     return l;
 }
 
+/* Boxes around the lights that rays can hit, a little larger than these. */
+static void refresh_boxes(struct view *v)
+{
+    v->n_boxes = 0;
+    if (v->first_environment < v->n_lights) v->n_boxes = VIEW_NO_BOXES;
+    for (uint32_t i = 0; i < v->n_lights && v->n_boxes != VIEW_NO_BOXES; i++) {
+        const struct light *l = &v->lights[i];
+        if (l->kind != EMITTER_AREA) continue;
+        if (v->n_boxes == VIEW_BOXES) {
+            v->n_boxes = VIEW_NO_BOXES;
+            break;
+        }
+        struct bounds b = bounds_transform(&l->shape->bounds, v->instances[l->instance].to_world);
+        struct vec3 size = vec3_sub(b.max, b.min);
+        float most = max_float(vec3_max(b.max), -min_float(b.min.x, min_float(b.min.y, b.min.z)));
+        struct vec3 pad = vec3_splat(1e-4f * (vec3_max(size) + most));
+        v->boxes[v->n_boxes++] = (struct bounds){vec3_sub(b.min, pad), vec3_add(b.max, pad)};
+    }
+}
+
 /* Shapes first, in order of instances; then points; environments last. */
 static void refresh_lights(struct view *v)
 {
@@ -168,5 +189,6 @@ void view_refresh(struct view *v, bool is_first)
     }
     if (has_moved) accel_top_commit(v->top);
     refresh_lights(v);
+    refresh_boxes(v);
     material_init(v->materials, v->state.bsdfs, s->n_bsdfs, &v->textures);
 }

@@ -4,6 +4,7 @@
 #include "base/mem.h"
 #include "render/light.h"
 #include "render/stream.h"
+#include "scene/bounds.h"
 
 static struct vec3 vertex(const struct mesh *m, uint32_t index)
 {
@@ -62,6 +63,7 @@ static lmn_status init_shape(struct world *w, uint32_t index, struct error *err)
         shape->center = transform_point(&s->to_group, vec3_splat(0.0f));
         shape->radius = vec3_length(transform_vector(&s->to_group, vec3(1.0f, 0.0f, 0.0f)));
     }
+    if (s->emitter != SCENE_NONE) shape->bounds = shape_bounds(w->scene, s);
     if (s->kind != SHAPE_MESH) return LMN_OK;
     const struct mesh *m = &w->scene->meshes[s->mesh];
     shape->positions = m->positions;

@@ -23,6 +23,7 @@ struct world_shape {
     uint32_t index;           /* into scene->shapes */
     struct distribution area; /* emissive meshes: triangles by area in group space */
     float total_area;         /* emissive meshes: in group space */
+    struct bounds bounds;     /* emissive shapes: in group space */
     float flat_side;          /* emissive meshes whose shading normals are those of the faces: 1;
                                  opposite to them: -1; otherwise 0 */
 };
@@ -69,6 +70,8 @@ struct light {
     float side;     /* which side of its triangles' normals shines, in world space: 1 or -1 */
 };
 
+enum { VIEW_BOXES = 8, VIEW_NO_BOXES = VIEW_BOXES + 1 };
+
 struct view {
     const struct world *world;
     struct scene_state state;
@@ -78,6 +81,9 @@ struct view {
     struct view_instance *instances; /* [n_instances] */
     struct instance *committed;      /* [n_instances]: as the top level has them */
     struct light *lights;            /* [world->n_lights_max] */
+    struct bounds
+        boxes[VIEW_BOXES]; /* [n_boxes] around all that shines; n_boxes is VIEW_NO_BOXES */
+    uint32_t n_boxes;      /* where that is too many, or everywhere */
     uint32_t n_lights;
     uint32_t first_environment; /* lights from here on surround the scene */
 };

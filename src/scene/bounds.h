@@ -9,7 +9,11 @@ struct bounds bounds_empty(void);
 bool bounds_is_empty(const struct bounds *b);
 void bounds_add(struct bounds *b, struct vec3 p);
 
-/* Of the shapes of a group, in its space. */
+/* Around all of b after a map. */
+struct bounds bounds_transform(const struct bounds *b, const struct transform *t);
+
+/* Of a shape, or all shapes of a group, in the group's space. */
+struct bounds shape_bounds(const struct scene *s, const struct shape *shape);
 struct bounds group_bounds(const struct scene *s, const struct group *g);
 
 #endif

@@ -183,37 +183,12 @@ static bool sample_sphere_cone(const struct light *l, const struct view_instance
 
 /* ---- All kinds ------------------------------------------------------------------------------- */
 
-void light_triangle_fetch(struct light_triangle *t, const struct view *v, const struct light *l,
-                          float *u1)
-{
-    const struct view_instance *instance = &v->instances[l->instance];
-    const struct world_shape *shape = l->shape;
-    const struct emitter *e = &v->state.emitters[l->emitter];
-    const uint32_t *at = shape->indices + 3 * (size_t)distribution_sample(&shape->area, u1);
-    t->p = load3(shape->positions + 3 * (size_t)at[0]);
-    t->e0 = vec3_sub(load3(shape->positions + 3 * (size_t)at[1]), t->p);
-    t->e1 = vec3_sub(load3(shape->positions + 3 * (size_t)at[2]), t->p);
-    if (!instance->is_identity) {
-        t->p = transform_point(instance->to_world, t->p);
-        t->e0 = transform_vector(instance->to_world, t->e0);
-        t->e1 = transform_vector(instance->to_world, t->e1);
-    }
-    t->radiance = vec3_scale(v->textures.textures[e->radiance].value, e->scale);
-    t->per_area = l->per_area;
-    t->side = l->side;
-}
-
 static bool sample_area(const struct view *v, const struct light *l, struct vec3 reference,
                         float u1, float u2, struct light_sample *s)
 {
     const struct view_instance *instance = &v->instances[l->instance];
     struct area_sample a = {0};
     float pdf = 0.0f, n_lights = (float)v->n_lights;
-    if (l->is_plain) {
-        struct light_triangle t;
-        light_triangle_fetch(&t, v, l, &u1);
-        return light_triangle_sample(s, &t, reference, u1, u2, n_lights);
-    }
     switch (l->shape->kind) {
     case SHAPE_MESH:
         sample_mesh(l, instance, u1, u2, &a);
@@ -272,6 +247,10 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
                   struct light_sample *s)
 {
     if (v->n_lights == 0) return false;
+    if (v->table.n > 0) {
+        int32_t k = light_table_choose(&v->table, u1);
+        return light_table_sample(s, &v->table, k, reference, u1, u2);
+    }
     const struct light *l = &v->lights[light_choose(v->n_lights, &u1)];
     bool is_found = false;
     s->is_delta = s->is_infinite = false;

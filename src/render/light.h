@@ -34,17 +34,6 @@ static inline uint32_t light_choose(uint32_t n, float *u1)
     return index;
 }
 
-/* A triangle of a plain light, in world space. */
-struct light_triangle {
-    struct vec3 p, e0, e1; /* a corner and the edges from it */
-    struct vec3 radiance;
-    float per_area, side; /* as the light's */
-};
-
-/* The triangle that u1 chooses; u1 becomes what is left of it. */
-void light_triangle_fetch(struct light_triangle *t, const struct view *v, const struct light *l,
-                          float *u1);
-
 /* Completes a sample whose point s->p with unit normal n has density per_area, for a light that is
  * one of n_lights. */
 static inline bool light_sample_finish(struct light_sample *s, struct vec3 reference, struct vec3 n,
@@ -61,15 +50,30 @@ static inline bool light_sample_finish(struct light_sample *s, struct vec3 refer
     return (distance2 > 0.0f) & (cosine > 0.0f) & (pdf > 0.0f) & (pdf < INFINITY);
 }
 
-static inline bool light_triangle_sample(struct light_sample *s, const struct light_triangle *t,
-                                         struct vec3 reference, float u1, float u2, float n_lights)
+/* The triangle of a table that u chooses. */
+static inline int32_t light_table_choose(const struct light_table *t, float u)
 {
-    struct vec2 b = warp_triangle(u1, u2);
-    struct vec3 n = vec3_normalize(vec3_cross(t->e0, t->e1));
-    s->p = vec3_madd(vec3_madd(t->p, t->e0, b.x), t->e1, b.y);
-    return light_sample_finish(s, reference, vec3_scale(n, t->side), t->per_area, t->radiance,
-                               n_lights);
+    int32_t k = 0;
+    for (int32_t i = 1; i < t->n; i++) k += t->cdf[i] <= u;
+    return k;
 }
+
+/* A sample on triangle k, which u1 has chosen. */
+static inline bool light_table_sample(struct light_sample *s, const struct light_table *t,
+                                      int32_t k, struct vec3 reference, float u1, float u2)
+{
+    struct vec2 b = warp_triangle(min_float((u1 - t->cdf[k]) * t->scale[k], 0x1.fffffep-1f), u2);
+    struct vec3 p = vec3(t->p.x[k], t->p.y[k], t->p.z[k]);
+    struct vec3 e0 = vec3(t->e0.x[k], t->e0.y[k], t->e0.z[k]);
+    struct vec3 e1 = vec3(t->e1.x[k], t->e1.y[k], t->e1.z[k]);
+    struct vec3 n = vec3(t->normal.x[k], t->normal.y[k], t->normal.z[k]);
+    struct vec3 radiance = vec3(t->radiance.x[k], t->radiance.y[k], t->radiance.z[k]);
+    s->p = vec3_madd(vec3_madd(p, e0, b.x), e1, b.y);
+    return light_sample_finish(s, reference, n, t->pdf[k], radiance, 1.0f);
+}
+
+/* Fills the view's table from its lights. */
+void light_table_init(struct light_table *t, const struct view *v);
 
 /* Radiance that the surface sends along -d; zero when it does not shine or shows its back. */
 struct vec3 light_surface_radiance(const struct view *v, const struct surface *s, struct vec3 d);

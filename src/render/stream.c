@@ -110,8 +110,9 @@ static void miss(struct stream *s, const struct view *v, const struct trace_sett
     add_radiance(s, i, vec3_mul(lanes3_get(&s->throughput, i), around));
 }
 
-/* Reads what the ray has hit; the kernel makes a surface of it. */
-static void fetch(struct stream *s, const struct view *v, uint32_t i)
+/* Reads what the ray has hit; the kernel makes a surface of it. Returns whether that is all: not
+ * where something shines, or the material is not plain. */
+static bool fetch(struct stream *s, const struct view *v, uint32_t i)
 {
     struct surface surface;
     struct ray ray = lane_ray(s, i);
@@ -120,10 +121,17 @@ static void fetch(struct stream *s, const struct view *v, uint32_t i)
     lanes3_set(&s->p, i, surface.p);
     lanes3_set(&s->normal, i, surface.n);
     lanes3_set(&s->frame_n, i, surface.frame.n);
+    const struct material *m = &v->materials[v->state.shape_bsdfs[surface.shape->index]];
+    s->bsdf_is_twosided[i] = m->is_plain && m->is_twosided;
+    if (m->is_plain) {
+        s->bsdf_is_smooth[i] = true;
+        lanes3_set(&s->reflectance, i, m->reflectance);
+        if (surface.shape->emitter == SCENE_NONE) return true;
+    }
     s->texture_u[i] = surface.u;
     s->texture_v[i] = surface.v;
-    const struct material *m = &v->materials[v->state.shape_bsdfs[surface.shape->index]];
     if (m->has_direction) lanes3_set(&s->wo, i, surface.frame.s); /* dp/du, until it is used */
+    return false;
 }
 
 static void turn_frame(struct stream *s, uint32_t i)
@@ -151,23 +159,16 @@ static void emit(struct stream *s, const struct view *v, const struct trace_sett
 
 static void look_up_material(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf)
 {
-    const struct material *m = &v->materials[bsdf];
-    if (m->is_plain) {
-        s->bsdf_lane[i] = LANE_WIDE;
-        s->bsdf_is_smooth[i] = true;
-        lanes3_set(&s->reflectance, i, m->reflectance);
-        s->bsdf_side[i] = m->is_twosided && s->wi.z[i] < 0.0f ? -1.0f : 1.0f;
-        return;
-    }
     struct bsdf_point *b = &s->bsdf[i];
     bsdf_point_init(b, v->materials, bsdf, &v->textures, s->texture_u[i], s->texture_v[i],
                     s->wi.z[i]);
-    bool is_wide = b->kind == BSDF_DIFFUSE && b->opacity == 1.0f;
-    s->bsdf_lane[i] = is_wide ? LANE_WIDE : LANE_SCALAR;
     s->bsdf_is_smooth[i] = (b->lobes & LOBE_SMOOTH) != 0;
-    if (!is_wide) return;
-    lanes3_set(&s->reflectance, i, b->reflectance);
-    s->bsdf_side[i] = b->is_mirrored ? -1.0f : 1.0f;
+    if (b->kind == BSDF_DIFFUSE && b->opacity == 1.0f) {
+        s->bsdf_side[i] = b->is_mirrored ? -1.0f : 1.0f;
+        lanes3_set(&s->reflectance, i, b->reflectance);
+    } else {
+        s->scalar[s->n_scalar++] = i;
+    }
 }
 
 /* Adds what shines at the ends of the rays and works out the points there. False when no path goes
@@ -177,25 +178,26 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
 {
     bool shows_emitters = depth > 0 || !t->hide_emitters;
     bool is_last = t->max_depth >= 0 && depth + 1 >= t->max_depth;
-    uint32_t n_alive = 0;
+    uint32_t n_alive = 0, n_special = 0, special[STREAM_SIZE];
+    s->n_scalar = 0;
     for (uint32_t i = 0; i < s->n; i++) {
         if (!s->is_alive[i]) continue;
         if (s->hit[i].shape == SCENE_NONE) {
             miss(s, v, t, i, shows_emitters);
             continue;
         }
-        fetch(s, v, i);
         n_alive++;
+        if (!fetch(s, v, i)) special[n_special++] = i;
     }
     if (n_alive == 0) return false;
     v->world->kernels->surface(s);
-    for (uint32_t i = 0; i < s->n; i++) {
-        if (!s->is_alive[i]) continue;
+    for (uint32_t k = 0; k < n_special; k++) {
+        uint32_t i = special[k];
         const struct world_shape *shape = s->shape[i];
         uint32_t bsdf = v->state.shape_bsdfs[shape->index];
         if (v->materials[bsdf].has_direction) turn_frame(s, i);
         if (shape->emitter != SCENE_NONE && shows_emitters) emit(s, v, t, i);
-        if (!is_last) look_up_material(s, v, i, bsdf);
+        if (!is_last && !v->materials[bsdf].is_plain) look_up_material(s, v, i, bsdf);
     }
     return !is_last;
 }
@@ -205,9 +207,8 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
 static void sample_light(struct stream *s, const struct view *v, uint32_t i)
 {
     struct light_sample l;
-    s->light_lane[i] = LANE_OFF;
-    if (!light_sample(v, lanes3_get(&s->p, i), s->u[0][i], s->u[1][i], &l)) return;
-    s->light_lane[i] = LANE_SCALAR;
+    s->has_light[i] = light_sample(v, lanes3_get(&s->p, i), s->u[0][i], s->u[1][i], &l);
+    if (!s->has_light[i]) return;
     lanes3_set(&s->light_p, i, l.p);
     lanes3_set(&s->light_d, i, l.d);
     lanes3_set(&s->light_weight, i, l.weight);
@@ -216,45 +217,21 @@ static void sample_light(struct stream *s, const struct view *v, uint32_t i)
     s->light_is_infinite[i] = l.is_infinite;
 }
 
-/* Chooses a light; one of triangles is left to the kernel. */
-static void choose_light(struct stream *s, const struct view *v, uint32_t i)
-{
-    float u1 = s->u[0][i];
-    const struct light *l = &v->lights[light_choose(v->n_lights, &u1)];
-    if (!l->is_plain) {
-        sample_light(s, v, i);
-        return;
-    }
-    struct light_triangle t;
-    light_triangle_fetch(&t, v, l, &u1);
-    s->u[0][i] = u1;
-    s->light_lane[i] = LANE_WIDE;
-    lanes3_set(&s->triangle_p, i, t.p);
-    lanes3_set(&s->triangle_e0, i, t.e0);
-    lanes3_set(&s->triangle_e1, i, t.e1);
-    lanes3_set(&s->light_radiance, i, t.radiance);
-    s->triangle_per_area[i] = t.per_area;
-    s->triangle_side[i] = t.side;
-    s->light_is_delta[i] = s->light_is_infinite[i] = false;
-}
-
 /* Samples a light for every path and adds it where nothing is in the way. */
 static void connect(struct stream *s, const struct view *v, const struct trace_settings *t)
 {
     const struct stream_kernels *kernels = v->world->kernels;
     if (v->n_lights == 0) return;
     for (uint32_t i = 0; i < s->n; i++) {
-        if (s->is_alive[i] && s->bsdf_is_smooth[i])
-            choose_light(s, v, i);
-        else
-            s->light_lane[i] = LANE_OFF;
+        s->has_light[i] = s->is_alive[i] && s->bsdf_is_smooth[i];
+        if (s->has_light[i] && v->table.n == 0) sample_light(s, v, i);
     }
-    kernels->light(s, (float)v->n_lights);
+    if (v->table.n > 0) kernels->light(s, &v->table);
     kernels->eval(s);
-    for (uint32_t i = 0; i < s->n; i++) {
-        if (!s->is_alive[i] || s->bsdf_lane[i] != LANE_SCALAR || s->light_lane[i] == LANE_OFF)
-            continue;
+    for (uint32_t k = 0; k < s->n_scalar; k++) {
+        uint32_t i = s->scalar[k];
         struct vec3 value;
+        if (!s->has_light[i]) continue;
         bsdf_eval(&s->bsdf[i], lanes3_get(&s->wi, i), lanes3_get(&s->light_wo, i), &value,
                   &s->value_pdf[i]);
         lanes3_set(&s->value, i, value);
@@ -297,8 +274,8 @@ static void scatter(struct stream *s, const struct view *v, const struct trace_s
                     int32_t depth)
 {
     v->world->kernels->sample(s);
-    for (uint32_t i = 0; i < s->n; i++) {
-        if (!s->is_alive[i] || s->bsdf_lane[i] != LANE_SCALAR) continue;
+    for (uint32_t k = 0; k < s->n_scalar; k++) {
+        uint32_t i = s->scalar[k];
         struct bsdf_sample b = bsdf_sample(&s->bsdf[i], lanes3_get(&s->wi, i), s->u[4][i],
                                            s->u[2][i], s->u[3][i]);
         lanes3_set(&s->wo, i, b.wo);

@@ -37,9 +37,6 @@ static inline void lanes3_set(struct lanes3 *a, uint32_t i, struct vec3 v)
     a->z[i] = v.z;
 }
 
-/* Whose lane it is when a choice is made by kind: of the kernel, or of the scalar function. */
-enum { LANE_OFF, LANE_WIDE, LANE_SCALAR };
-
 struct stream {
     uint32_t n; /* lanes in use; those of dead paths compute nothing that matters */
     uint32_t is_alive[STREAM_SIZE];
@@ -68,20 +65,21 @@ struct stream {
     struct lanes3 p, normal, frame_s, frame_t, frame_n, wi;
     float texture_u[STREAM_SIZE], texture_v[STREAM_SIZE];
 
-    /* Its material: diffuse lanes are wide. */
-    uint32_t bsdf_lane[STREAM_SIZE];
-    uint32_t bsdf_is_smooth[STREAM_SIZE]; /* light samples can find it */
-    struct lanes3 reflectance;            /* wide ones */
-    float bsdf_side[STREAM_SIZE];         /* wide ones: -1 where mirrored, else 1 */
-    struct bsdf_point bsdf[STREAM_SIZE];  /* others */
+    /* Its material. Diffuse ones are left to kernels. */
+    uint32_t bsdf_is_smooth[STREAM_SIZE];   /* light samples can find it */
+    uint32_t bsdf_is_twosided[STREAM_SIZE]; /* and plain */
+    float bsdf_side[STREAM_SIZE];           /* -1 where seen from behind and two-sided, else 1 */
+    struct lanes3 reflectance;
+    uint32_t n_scalar; /* the others, by lane */
+    uint32_t scalar[STREAM_SIZE];
+    struct bsdf_point bsdf[STREAM_SIZE];
 
     /* Random numbers of the bounce: light 2, direction 2, lobe, roulette. */
     float u[6][STREAM_SIZE];
 
-    /* The light sample: triangles are wide, and wait in `triangle`. */
-    uint32_t light_lane[STREAM_SIZE];
-    struct lanes3 triangle_p, triangle_e0, triangle_e1, light_radiance;
-    float triangle_per_area[STREAM_SIZE], triangle_side[STREAM_SIZE];
+    /* The light sample. */
+    uint32_t has_light[STREAM_SIZE];                        /* one is wanted; one was found */
+    int32_t triangle[STREAM_SIZE];                          /* of the table */
     struct lanes3 light_p, light_d, light_weight, light_wo; /* light_wo: d in the shading frame */
     float light_pdf[STREAM_SIZE];
     uint32_t light_is_delta[STREAM_SIZE], light_is_infinite[STREAM_SIZE];
@@ -119,10 +117,10 @@ struct stream_kernels {
     void (*look)(struct stream *s, const struct camera *camera);
     /* Random numbers u of a bounce, from this dimension on. */
     void (*draw)(struct stream *s, enum sampler_kind sampler, uint32_t dimension);
-    /* Normals at any length -> unit normals, frame, wi. */
+    /* Normals at any length -> unit normals, frame, wi; bsdf_side. */
     void (*surface)(struct stream *s);
-    /* Triangles -> light samples; n_lights is the number to choose from. */
-    void (*light)(struct stream *s, float n_lights);
+    /* Light samples from a table, for lanes that want one: has_light. */
+    void (*light)(struct stream *s, const struct light_table *t);
     /* light_wo, and value and value_pdf of diffuse lanes. */
     void (*eval)(struct stream *s);
     /* What connects: is_connected, light, shadow rays. */

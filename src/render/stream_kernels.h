@@ -108,7 +108,9 @@ LANE void surface_lane(struct stream *s, uint32_t i)
     lanes3_set(&s->frame_s, i, frame.s);
     lanes3_set(&s->frame_t, i, frame.t);
     lanes3_set(&s->frame_n, i, frame.n);
-    lanes3_set(&s->wi, i, frame_to_local(&frame, vec3_neg(lanes3_get(&s->d, i))));
+    struct vec3 wi = frame_to_local(&frame, vec3_neg(lanes3_get(&s->d, i)));
+    lanes3_set(&s->wi, i, wi);
+    s->bsdf_side[i] = choose((s->bsdf_is_twosided[i] != 0) & (wi.z < 0.0f), -1.0f, 1.0f);
 }
 
 static void surface(struct stream *s)
@@ -118,32 +120,31 @@ static void surface(struct stream *s)
     for (uint32_t i = 0; i < n; i++) surface_lane(s, i);
 }
 
-LANE void light_lane(struct stream *s, uint32_t i, float n_lights)
+LANE void light_lane(struct stream *s, uint32_t i, const struct light_table *t)
 {
-    struct light_triangle t = {
-        .p = lanes3_get(&s->triangle_p, i),
-        .e0 = lanes3_get(&s->triangle_e0, i),
-        .e1 = lanes3_get(&s->triangle_e1, i),
-        .radiance = lanes3_get(&s->light_radiance, i),
-        .per_area = s->triangle_per_area[i],
-        .side = s->triangle_side[i],
-    };
     struct light_sample l;
-    bool is_found = light_triangle_sample(&l, &t, lanes3_get(&s->p, i), s->u[0][i], s->u[1][i],
-                                          n_lights);
-    bool is_wide = s->light_lane[i] == LANE_WIDE;
-    lanes3_choose(&s->light_p, i, is_wide, l.p);
-    lanes3_choose(&s->light_d, i, is_wide, l.d);
-    lanes3_choose(&s->light_weight, i, is_wide, l.weight);
-    s->light_pdf[i] = choose(is_wide, l.pdf, s->light_pdf[i]);
-    s->light_lane[i] = (is_wide & !is_found) ? LANE_OFF : s->light_lane[i];
+    bool is_found = light_table_sample(&l, t, s->triangle[i], lanes3_get(&s->p, i), s->u[0][i],
+                                       s->u[1][i]);
+    lanes3_set(&s->light_p, i, l.p);
+    lanes3_set(&s->light_d, i, l.d);
+    lanes3_set(&s->light_weight, i, l.weight);
+    s->light_pdf[i] = l.pdf;
+    s->light_is_delta[i] = s->light_is_infinite[i] = false;
+    s->has_light[i] &= is_found;
 }
 
-static void light(struct stream *s, float n_lights)
+static void light(struct stream *s, const struct light_table *t)
 {
     uint32_t n = s->n;
 #pragma omp simd
-    for (uint32_t i = 0; i < n; i++) light_lane(s, i, n_lights);
+    for (uint32_t i = 0; i < n; i++) s->triangle[i] = 0;
+    for (int32_t k = 1; k < t->n; k++) { /* light_table_choose(), a triangle at a time */
+        float cdf = t->cdf[k];
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) s->triangle[i] += cdf <= s->u[0][i];
+    }
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) light_lane(s, i, t);
 }
 
 LANE void eval_lane(struct stream *s, uint32_t i)
@@ -183,7 +184,7 @@ LANE void connect_lane(struct stream *s, uint32_t i, enum mis_kind mis)
     lanes3_choose(&s->shadow_d, i, is_far, far.d);
     s->shadow_t_max[i] = choose(is_far, far.t_max, near.t_max);
     bool is_dark = vec3_is_zero(value) || vec3_is_zero(weight);
-    s->is_connected[i] = s->is_alive[i] & (s->light_lane[i] != LANE_OFF) & !is_dark;
+    s->is_connected[i] = s->is_alive[i] & s->has_light[i] & !is_dark;
 }
 
 static void connect(struct stream *s, enum mis_kind mis)

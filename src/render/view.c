@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/mem.h"
+#include "render/light.h"
 #include "render/world.h"
 #include "scene/bounds.h"
 
@@ -117,21 +118,6 @@ static bool has_changed(const struct instance *a, const struct instance *b)
            memcmp(a->to_world.m, b->to_world.m, sizeof a->to_world.m) != 0;
 }
 
-static struct light area_light(const struct view *v, uint32_t instance,
-                               const struct world_shape *shape)
-{
-    const struct view_instance *i = &v->instances[instance];
-    struct light l = {
-        .kind = EMITTER_AREA, .emitter = shape->emitter, .instance = instance, .shape = shape};
-    uint32_t radiance = v->state.emitters[shape->emitter].radiance;
-    l.is_plain = shape->flat_side != 0.0f && i->scale > 0.0f &&
-                 v->state.textures[radiance].kind == TEXTURE_CONSTANT;
-    if (!l.is_plain) return l;
-    l.per_area = 1.0f / (shape->total_area * i->scale * i->scale);
-    l.side = shape->is_flipped == (i->determinant < 0.0f) ? shape->flat_side : -shape->flat_side;
-    return l;
-}
-
 /* Boxes around the lights that rays can hit, a little larger than these. */
 static void refresh_boxes(struct view *v)
 {
@@ -165,7 +151,8 @@ static void refresh_lights(struct view *v)
         for (uint32_t j = 0; j < g->n_shapes; j++) {
             const struct world_shape *shape = &v->instances[i].shapes[j];
             if (shape->emitter == SCENE_NONE) continue;
-            v->lights[v->n_lights++] = area_light(v, i, shape);
+            v->lights[v->n_lights++] = (struct light){
+                .kind = EMITTER_AREA, .emitter = shape->emitter, .instance = i, .shape = shape};
         }
     }
     for (int pass = 0; pass < 2; pass++) {
@@ -190,5 +177,6 @@ void view_refresh(struct view *v, bool is_first)
     if (has_moved) accel_top_commit(v->top);
     refresh_lights(v);
     refresh_boxes(v);
+    light_table_init(&v->table, v);
     material_init(v->materials, v->state.bsdfs, s->n_bsdfs, &v->textures);
 }

@@ -63,11 +63,24 @@ struct light {
     uint32_t emitter; /* into state->emitters */
     uint32_t instance;
     const struct world_shape *shape; /* EMITTER_AREA */
-    /* Flat meshes that are scaled alike in all directions, and shine the same everywhere: their
-     * triangles are sampled in world space (light_triangle). */
-    bool is_plain;
-    float per_area; /* density of points on it: 1 / its area in world space */
-    float side;     /* which side of its triangles' normals shines, in world space: 1 or -1 */
+};
+
+/*
+ * The triangles of all lights, in world space and ready for sampling, where nothing else shines and
+ * they are few: flat meshes that shine the same everywhere and are scaled alike in all directions.
+ * Then vector code can choose among them and gather what it needs.
+ */
+enum { LIGHT_TABLE_SIZE = 64 };
+
+struct light_table {
+    int32_t n; /* 0: no table */
+    /* A corner, the edges from it, the unit normal on the side that shines. */
+    struct {
+        float x[LIGHT_TABLE_SIZE], y[LIGHT_TABLE_SIZE], z[LIGHT_TABLE_SIZE];
+    } p, e0, e1, normal, radiance;
+    float cdf[LIGHT_TABLE_SIZE];   /* [n]: probability of all triangles before */
+    float scale[LIGHT_TABLE_SIZE]; /* 1 / its own probability */
+    float pdf[LIGHT_TABLE_SIZE];   /* density of its points per area, choice included */
 };
 
 enum { VIEW_BOXES = 8, VIEW_NO_BOXES = VIEW_BOXES + 1 };
@@ -81,9 +94,10 @@ struct view {
     struct view_instance *instances; /* [n_instances] */
     struct instance *committed;      /* [n_instances]: as the top level has them */
     struct light *lights;            /* [world->n_lights_max] */
-    struct bounds
-        boxes[VIEW_BOXES]; /* [n_boxes] around all that shines; n_boxes is VIEW_NO_BOXES */
-    uint32_t n_boxes;      /* where that is too many, or everywhere */
+    struct light_table table;
+    /* [n_boxes] around all that shines; VIEW_NO_BOXES where that is too many, or everywhere. */
+    struct bounds boxes[VIEW_BOXES];
+    uint32_t n_boxes;
     uint32_t n_lights;
     uint32_t first_environment; /* lights from here on surround the scene */
 };

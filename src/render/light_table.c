@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/light.h"
+
+static struct vec3 load3(const float *p)
+{
+    return vec3(p[0], p[1], p[2]);
+}
+
+/* Whether the triangles of a light can stand in a table. */
+static bool is_plain(const struct view *v, const struct light *l)
+{
+    if (l->kind != EMITTER_AREA || l->shape->flat_side == 0.0f) return false;
+    uint32_t radiance = v->state.emitters[l->emitter].radiance;
+    return v->instances[l->instance].scale > 0.0f &&
+           v->state.textures[radiance].kind == TEXTURE_CONSTANT;
+}
+
+#define STORE3(to, i, v) ((to).x[i] = (v).x, (to).y[i] = (v).y, (to).z[i] = (v).z)
+
+/* Triangle `index` of the light's mesh; `before`: the probability of all that stand before it. */
+static void add_triangle(struct light_table *t, const struct view *v, const struct light *l,
+                         uint32_t index, float before, float probability)
+{
+    const struct view_instance *instance = &v->instances[l->instance];
+    const struct world_shape *shape = l->shape;
+    const struct emitter *e = &v->state.emitters[l->emitter];
+    const uint32_t *at = shape->indices + 3 * (size_t)index;
+    struct vec3 p = load3(shape->positions + 3 * (size_t)at[0]);
+    struct vec3 e0 = vec3_sub(load3(shape->positions + 3 * (size_t)at[1]), p);
+    struct vec3 e1 = vec3_sub(load3(shape->positions + 3 * (size_t)at[2]), p);
+    if (!instance->is_identity) {
+        p = transform_point(instance->to_world, p);
+        e0 = transform_vector(instance->to_world, e0);
+        e1 = transform_vector(instance->to_world, e1);
+    }
+    bool is_turned = shape->is_flipped != (instance->determinant < 0.0f);
+    float side = is_turned ? -shape->flat_side : shape->flat_side;
+    struct vec3 n = vec3_scale(vec3_normalize(vec3_cross(e0, e1)), side);
+    struct vec3 radiance = vec3_scale(v->textures.textures[e->radiance].value, e->scale);
+    int32_t i = t->n++;
+    STORE3(t->p, i, p);
+    STORE3(t->e0, i, e0);
+    STORE3(t->e1, i, e1);
+    STORE3(t->normal, i, n);
+    STORE3(t->radiance, i, radiance);
+    t->cdf[i] = before;
+    t->scale[i] = 1.0f / probability;
+    t->pdf[i] = 1.0f / ((float)v->n_lights * shape->total_area * instance->scale * instance->scale);
+}
+
+void light_table_init(struct light_table *t, const struct view *v)
+{
+    uint32_t n = 0;
+    t->n = 0;
+    for (uint32_t i = 0; i < v->n_lights; i++) {
+        if (!is_plain(v, &v->lights[i])) return;
+        n += v->lights[i].shape->area.n;
+        if (n > LIGHT_TABLE_SIZE) return;
+    }
+    float choice = 1.0f / (float)v->n_lights;
+    for (uint32_t i = 0; i < v->n_lights; i++) {
+        const struct light *l = &v->lights[i];
+        const struct distribution *d = &l->shape->area;
+        for (uint32_t k = 0; k < d->n; k++) {
+            float probability = distribution_probability(d, k) * choice;
+            if (probability > 0.0f)
+                add_triangle(t, v, l, k, ((float)i + d->cdf[k]) * choice, probability);
+        }
+    }
+}

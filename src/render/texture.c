@@ -48,6 +48,13 @@ static struct vec3 bitmap_eval(const struct texture_set *set, const struct textu
     return vec3_madd(vec3_scale(top, 1.0f - wy), bottom, wy);
 }
 
+/* Lines lie along whole numbers. */
+static bool on_line(const struct texture *t, float x, float y)
+{
+    float dx = fabsf(x - floor_float(x + 0.5f)), dy = fabsf(y - floor_float(y + 0.5f));
+    return dx < t->line_width || dy < t->line_width;
+}
+
 struct vec3 texture_lookup(const struct texture_set *set, const struct texture *t, float u, float v)
 {
     if (t->kind == TEXTURE_CONSTANT) return t->value;
@@ -58,6 +65,8 @@ struct vec3 texture_lookup(const struct texture_set *set, const struct texture *
         bool is_right = x - floor_float(x) > 0.5f, is_upper = y - floor_float(y) > 0.5f;
         return vec3_mul(is_right == is_upper ? t->color0 : t->color1, t->value);
     }
+    if (t->kind == TEXTURE_GRID)
+        return vec3_mul(on_line(t, x, y) ? t->color1 : t->color0, t->value);
     return vec3_mul(bitmap_eval(set, t, x, y), t->value);
 }
 
@@ -67,6 +76,12 @@ float texture_mean(const struct texture_set *set, uint32_t index)
     if (t->kind == TEXTURE_CONSTANT) return vec3_mean(t->value);
     if (t->kind == TEXTURE_CHECKERBOARD)
         return 0.5f * vec3_mean(vec3_mul(vec3_add(t->color0, t->color1), t->value));
+    if (t->kind == TEXTURE_GRID) {
+        float between = max_float(1.0f - 2.0f * t->line_width, 0.0f);
+        struct vec3 mean = vec3_madd(vec3_scale(t->color1, 1.0f - between * between), t->color0,
+                                     between * between);
+        return vec3_mean(vec3_mul(mean, t->value));
+    }
     const struct bitmap *b = &set->bitmaps[t->bitmap];
     const float *decode = set->decode[t->is_raw];
     enum { GRID = 16 };

@@ -18,62 +18,6 @@ struct define {
     bool is_used;
 };
 
-/* ---- Elements ----------------------------------------------------------------------------- */
-
-struct element_entry {
-    const char *name;
-    enum element element;
-    const char *attributes; /* allowed ones, each between blanks */
-};
-
-static const struct element_entry elements[] = {
-    {"float", EL_FLOAT, " name value "},
-    {"integer", EL_INTEGER, " name value "},
-    {"boolean", EL_BOOLEAN, " name value "},
-    {"string", EL_STRING, " name value "},
-    {"point", EL_POINT, " name value x y z "},
-    {"vector", EL_VECTOR, " name value x y z "},
-    {"vector4f", EL_VECTOR4F, " name value "},
-    {"rgb", EL_RGB, " name value id intent "},
-    {"spectrum", EL_SPECTRUM, " name value filename id intent "},
-    {"transform", EL_TRANSFORM, " name id "},
-    {"ref", EL_REF, " name id "},
-    {"scene", EL_SCENE, " version type id "},
-    {"bsdf", EL_BSDF, " type id name "},
-    {"texture", EL_TEXTURE, " type id name "},
-    {"emitter", EL_EMITTER, " type id name "},
-    {"shape", EL_SHAPE, " type id name "},
-    {"sensor", EL_SENSOR, " type id name "},
-    {"film", EL_FILM, " type id name "},
-    {"rfilter", EL_RFILTER, " type id name "},
-    {"sampler", EL_SAMPLER, " type id name "},
-    {"integrator", EL_INTEGRATOR, " type id name "},
-    {"medium", EL_MEDIUM, " type id name "},
-    {"phase", EL_PHASE, " type id name "},
-    {"volume", EL_VOLUME, " type id name "},
-    {"translate", EL_TRANSLATE, " value x y z "},
-    {"rotate", EL_ROTATE, " value x y z angle "},
-    {"scale", EL_SCALE, " value x y z "},
-    {"lookat", EL_LOOKAT, " origin target up "},
-    {"lookAt", EL_LOOKAT, " origin target up "},
-    {"matrix", EL_MATRIX, " value "},
-    {"default", EL_DEFAULT, " name value "},
-    {"include", EL_INCLUDE, " filename "},
-    {"alias", EL_ALIAS, " id as "},
-    {"path", EL_PATH, " value "},
-    {"mode", EL_IGNORED, NULL}, /* notes of an exporter; any attributes */
-    {"hide", EL_IGNORED, NULL},
-};
-enum { N_ELEMENTS = sizeof elements / sizeof *elements };
-
-const char *element_name(enum element element)
-{
-    for (size_t i = 0; i < N_ELEMENTS; i++) {
-        if (elements[i].element == element) return elements[i].name;
-    }
-    return "";
-}
-
 static bool is_object(enum element e)
 {
     return e >= EL_BSDF && e <= EL_VOLUME;
@@ -82,38 +26,6 @@ static bool is_object(enum element e)
 static bool is_directive(enum element e)
 {
     return e >= EL_DEFAULT && e <= EL_PATH;
-}
-
-static lmn_status check_element(struct reader *r, struct xml_node *node)
-{
-    const struct element_entry *e = NULL;
-    for (size_t i = 0; i < N_ELEMENTS && !e; i++) {
-        if (strcmp(elements[i].name, node->name) == 0) e = &elements[i];
-    }
-    if (!e) {
-        const char *names[N_ELEMENTS];
-        for (size_t i = 0; i < N_ELEMENTS; i++) names[i] = elements[i].name;
-        const char *closest = str_closest(node->name, names, N_ELEMENTS);
-        if (!closest) return fail_node(r, node, "unknown element <%.60s>", node->name);
-        return fail_node(r, node, "unknown element <%.60s>; did you mean <%s>?", node->name,
-                         closest);
-    }
-    node->element = (uint8_t)e->element;
-    for (uint32_t i = 0; e->attributes && i < node->n_attributes; i++) {
-        char padded[64];
-        const char *name = node->attributes[i].name;
-        int n = snprintf(padded, sizeof padded, " %s ", name);
-        if (n < 0 || (size_t)n >= sizeof padded || !strstr(e->attributes, padded))
-            return fail_node(r, node, "<%s> has no attribute \"%.60s\"; it takes%s", node->name,
-                             name, e->attributes);
-    }
-    if (is_object(e->element) && !xml_attribute(node, "type"))
-        return fail_node(r, node, "<%s> needs a type", node->name);
-    if (e->element == EL_REF && !xml_attribute(node, "id"))
-        return fail_node(r, node, "<ref> needs an id");
-    if (e->element >= EL_FLOAT && e->element <= EL_TRANSFORM && !xml_attribute(node, "name"))
-        return fail_node(r, node, "<%s> needs a name", node->name);
-    return LMN_OK;
 }
 
 /* ---- Defines ------------------------------------------------------------------------------ */
@@ -353,15 +265,19 @@ struct source {
     dev_t device;
     ino_t file; /* with the device: which file it is, whatever its name */
     uint32_t depth;
-    bool has_camel_case; /* version below 2: intIOR, toWorld */
+    bool is_legacy; /* version below 2 */
 };
 
 static lmn_status read_tree(struct reader *r, const char *path, const struct xml_node *from,
                             const struct source *parent, struct xml_node **out);
 
+/* Names of 0.x (intIOR, toWorld) as newer files have them; they are taken wherever they occur. */
 static lmn_status snake_case(struct reader *r, const char **name)
 {
     const char *in = *name;
+    size_t n = 0;
+    while (in[n] && !isupper((unsigned char)in[n])) n++;
+    if (!in[n]) return LMN_OK;
     char *out = arena_new(&r->arena, 2 * strlen(in) + 1, 1);
     if (!out) return fail_memory(r->err, "names");
     *name = out;
@@ -373,15 +289,30 @@ static lmn_status snake_case(struct reader *r, const char **name)
     return LMN_OK;
 }
 
+/* What else 0.x called differently: plugin, its name, ours. */
+static const char *const old_names[][3] = {
+    {"diffuse", "diffuse_reflectance", "reflectance"},
+    {"roughdiffuse", "diffuse_reflectance", "reflectance"},
+    {"serialized", "shape_index", "shape_index"},
+    {"mask", "mask", "opacity"},
+    {"hdrfilm", "film_type", "pixel_format"},
+};
+
 static lmn_status expand_attributes(struct reader *r, struct xml_node *node,
-                                    const struct source *source)
+                                    const struct xml_node *parent, const struct source *source)
 {
     lmn_status status = LMN_OK;
+    const char *type = source->is_legacy && parent ? xml_attribute(parent, "type") : NULL;
+    node->is_legacy = source->is_legacy;
     for (uint32_t i = 0; i < node->n_attributes; i++) {
         struct xml_attribute *a = &node->attributes[i];
         TRY(substitute(r, node, &a->value));
-        if (source->has_camel_case && strcmp(a->name, "name") == 0 && node->element != EL_DEFAULT)
-            TRY(snake_case(r, &a->value));
+        if (strcmp(a->name, "name") != 0 || node->element == EL_DEFAULT) continue;
+        TRY(snake_case(r, &a->value));
+        for (size_t k = 0; type && k < sizeof old_names / sizeof *old_names; k++) {
+            const char *const *old = old_names[k];
+            if (strcmp(type, old[0]) == 0 && strcmp(a->value, old[1]) == 0) a->value = old[2];
+        }
     }
 done:
     return status;
@@ -441,11 +372,12 @@ done:
 
 /* Checks a node and all below it, in document order. Directives are taken out of the tree and
  * included files put in. */
-static lmn_status expand(struct reader *r, struct xml_node *node, const struct source *source)
+static lmn_status expand(struct reader *r, struct xml_node *node, const struct xml_node *parent,
+                         const struct source *source)
 {
     lmn_status status = LMN_OK;
     TRY(check_element(r, node));
-    TRY(expand_attributes(r, node, source));
+    TRY(expand_attributes(r, node, parent, source));
     const char *id = xml_attribute(node, "id");
     if (id && (is_object(node->element))) TRY(add_id(r, node, id, node));
     if (node->element >= EL_FLOAT && node->element <= EL_REF && node->element != EL_TRANSFORM &&
@@ -459,10 +391,10 @@ static lmn_status expand(struct reader *r, struct xml_node *node, const struct s
             note_ignored(r, c, c->name);
             *link = c->next;
         } else if (!is_directive(c->element)) {
-            TRY(expand(r, c, source));
+            TRY(expand(r, c, node, source));
             link = &c->next;
         } else {
-            TRY(expand_attributes(r, c, source));
+            TRY(expand_attributes(r, c, node, source));
             TRY(expand_directive(r, c, source, &included));
             *link = c->next;
             if (!included) continue;
@@ -486,10 +418,10 @@ static lmn_status read_version(struct reader *r, const struct xml_node *root, st
     unsigned major, minor, patch;
     const char *version = xml_attribute(root, "version");
     if (!version) return fail_node(r, root, "<%s> needs a version, as in \"3.0.0\"", root->name);
-    if (sscanf(version, "%3u.%5u.%5u", &major, &minor, &patch) != 3)
+    if (sscanf(version, "%3u.%5u.%5u", &major, &minor, &patch) < 2)
         return fail_node(r, root, "version \"%.40s\" is not like \"3.0.0\"", version);
     if (major > 3) return fail_node(r, root, "version %u is not known; 3 is the newest", major);
-    source->has_camel_case = major < 2;
+    source->is_legacy = major < 2;
     return LMN_OK;
 }
 
@@ -534,9 +466,9 @@ static lmn_status read_tree(struct reader *r, const char *path, const struct xml
         status = fail_node(r, root, "the root element must be <scene>, not <%.40s>", root->name);
         goto done;
     } else {
-        source.has_camel_case = parent->has_camel_case;
+        source.is_legacy = parent->is_legacy;
     }
-    TRY(expand(r, root, &source));
+    TRY(expand(r, root, NULL, &source));
     *out = root;
 done:
     mem_free(text);

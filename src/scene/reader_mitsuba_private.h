@@ -11,8 +11,11 @@
  *
  * reader_mitsuba.c            walks the top level and loads objects once
  * reader_mitsuba_document.c   files, <default> and $name, <include>, <alias>, ids
+ * reader_mitsuba_elements.c   the elements of the format
  * reader_mitsuba_props.c      properties of an object
- * reader_mitsuba_values.c     numbers, colours, transforms
+ * reader_mitsuba_values.c     numbers, transforms
+ * reader_mitsuba_colour.c     colours and spectra
+ * reader_mitsuba_integrator.c  the integrator, as far as it matters
  * reader_mitsuba_bsdf.c, _texture.c, _emitter.c, _shape.c, _sensor.c   one function per plugin
  */
 
@@ -28,6 +31,8 @@ enum element {
     EL_VECTOR4F,
     EL_RGB,
     EL_SPECTRUM,
+    EL_SRGB,
+    EL_BLACKBODY,
     EL_TRANSFORM,
     EL_REF,
     /* objects */
@@ -55,6 +60,8 @@ enum element {
     EL_INCLUDE,
     EL_ALIAS,
     EL_PATH,
+    /* refused by name */
+    EL_ANIMATION,
     /* settings of other programs that change no image here */
     EL_IGNORED,
     EL_COUNT
@@ -147,6 +154,9 @@ lmn_status props_object(struct props *p, enum element element, struct xml_node *
 /* Takes properties that change no image here; they are told in the note. */
 void props_ignore(struct props *p, const char *name);
 
+/* Takes all that nobody asked for so, where a whole plugin stands in for another one. */
+void props_ignore_rest(struct props *p);
+
 /* All properties must have been asked for by now. Fills id, place and extras. */
 lmn_status props_finish(struct props *p, struct builder_object *object);
 
@@ -195,6 +205,9 @@ lmn_status resolve(struct reader *r, struct xml_node *node, struct xml_node **ou
 void note_ignored(struct reader *r, const struct xml_node *node, const char *what);
 
 const char *element_name(enum element element);
+
+/* Finds out which element a node is and checks its attributes. */
+lmn_status check_element(struct reader *r, struct xml_node *node);
 
 /* A copy in the scene's arena: for what outlives reading. */
 lmn_status keep_string(struct reader *r, const char *text, const char **out);

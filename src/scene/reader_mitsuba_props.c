@@ -178,13 +178,18 @@ lmn_status props_transform(struct props *p, const char *name, struct transform *
     return read_transform(p->r, c, out);
 }
 
+static bool is_colour(const struct xml_node *c)
+{
+    return c->element >= EL_RGB && c->element <= EL_BLACKBODY;
+}
+
 lmn_status props_colour(struct props *p, const char *name, struct vec3 *out)
 {
     double number;
     lmn_status status;
     struct xml_node *c = take(p, name);
     if (!c) return LMN_OK;
-    if (c->element == EL_RGB || c->element == EL_SPECTRUM) return read_colour(p->r, c, out, false);
+    if (is_colour(c)) return read_colour(p->r, c, out, false);
     if (c->element != EL_FLOAT && c->element != EL_INTEGER) return fail_type(p, c, "a colour");
     status = read_number(p->r, c, "value", &number);
     if (status == LMN_OK) *out = vec3_splat((float)number);
@@ -209,7 +214,7 @@ static lmn_status read_texture(struct props *p, struct xml_node *c, bool is_ligh
     if (c->element == EL_FLOAT || c->element == EL_INTEGER) {
         TRY(read_number(r, c, "value", &number));
         value = vec3_splat((float)number);
-    } else if (c->element == EL_RGB || c->element == EL_SPECTRUM) {
+    } else if (is_colour(c)) {
         TRY(read_colour(r, c, &value, is_light));
     } else {
         return fail_type(p, c, "a number, a colour or a texture");
@@ -259,6 +264,16 @@ void props_ignore(struct props *p, const char *name)
 {
     struct xml_node *c = take(p, name);
     if (c) note_ignored(p->r, c, name);
+}
+
+void props_ignore_rest(struct props *p)
+{
+    for (struct xml_node *c = p->node->first_child; c; c = c->next) {
+        const char *name = xml_attribute(c, "name");
+        if (c->is_used) continue;
+        c->is_used = true;
+        note_ignored(p->r, c, name ? name : c->name);
+    }
 }
 
 /* ---- What is left ------------------------------------------------------------------------- */
@@ -342,6 +357,8 @@ static lmn_status fail_leftover(struct props *p, struct xml_node *c, const char 
     struct reader *r = p->r;
     const char *object = element_name(p->node->element);
     char what[256];
+    if (c->element >= EL_MEDIUM && c->element <= EL_VOLUME)
+        return fail_node(r, c, "<%s> is not supported", c->name);
     if (!name) {
         const char *type = xml_attribute(c, "type");
         if (c->element == EL_REF)

@@ -6,7 +6,7 @@
 
 #include "scene/reader_mitsuba_private.h"
 
-/* The sensor with its sampler and film, and the integrator. Defaults are Mitsuba 3's. */
+/* The sensor with its sampler and film. Defaults are Mitsuba 3's. */
 
 /* ---- Film --------------------------------------------------------------------------------- */
 
@@ -31,11 +31,14 @@ static lmn_status read_rfilter(struct reader *r, struct xml_node *node, struct r
         TRY(props_positive(&p, "stddev", &s->filter_stddev));
         s->filter_radius = 4.0f * s->filter_stddev;
     } else {
-        for (size_t i = 3; i < sizeof words / sizeof *words; i++) {
-            if (strcmp(p.type, words[i]) == 0) return fail_unsupported(r, node);
-        }
-        return fail_unknown(r, node, "unknown rfilter", p.type, words,
-                            sizeof words / sizeof *words);
+        size_t i = 3, n = sizeof words / sizeof *words;
+        while (i < n && strcmp(p.type, words[i]) != 0) i++;
+        if (i == n) return fail_unknown(r, node, "unknown rfilter", p.type, words, n);
+        /* These have negative lobes; the builder's default stands in for them. */
+        char what[80];
+        snprintf(what, sizeof what, "rfilter \"%s\": taken as gaussian", p.type);
+        note_ignored(r, node, what);
+        props_ignore_rest(&p);
     }
     if (s->filter_radius > 16.0f) return fail_node(r, node, "the filter is wider than 16 pixels");
     TRY(props_finish(&p, &object));
@@ -45,7 +48,7 @@ done:
 
 static lmn_status read_film(struct reader *r, struct xml_node *node, struct render_settings *s)
 {
-    static const char *const words[] = {"hdrfilm"};
+    static const char *const words[] = {"hdrfilm", "ldrfilm", "mfilm", "tiledhdrfilm"};
     static const char *const ignored[] = {
         "file_format", "pixel_format", "component_format", "crop_offset_x", "crop_offset_y",
         "crop_width",  "crop_height",  "sample_border",    "compensate",    "high_quality_edges",
@@ -56,10 +59,13 @@ static lmn_status read_film(struct reader *r, struct xml_node *node, struct rend
     struct xml_node *child;
     int32_t width = (int32_t)s->width, height = (int32_t)s->height;
     if (strcmp(p.type, "specfilm") == 0) return fail_unsupported(r, node);
-    if (strcmp(p.type, "ldrfilm") == 0) {
-        note_ignored(r, node, "ldrfilm: taken as hdrfilm"); /* of 0.x: tone-mapped output */
-    } else if (strcmp(p.type, words[0]) != 0) {
-        return fail_unknown(r, node, "unknown film", p.type, words, 1);
+    size_t i = 0, n = sizeof words / sizeof *words;
+    while (i < n && strcmp(p.type, words[i]) != 0) i++;
+    if (i == n) return fail_unknown(r, node, "unknown film", p.type, words, n);
+    if (i > 0) { /* of 0.x: other files to write, with a tone mapping */
+        char what[80];
+        snprintf(what, sizeof what, "%s: taken as hdrfilm", p.type);
+        note_ignored(r, node, what);
     }
     TRY(props_integer(&p, "width", 1, IMAGE_MAX_SIDE, &width));
     TRY(props_integer(&p, "height", 1, IMAGE_MAX_SIDE, &height));
@@ -67,7 +73,8 @@ static lmn_status read_film(struct reader *r, struct xml_node *node, struct rend
     s->height = (uint32_t)height;
     TRY(props_object(&p, EL_RFILTER, &child));
     if (child) TRY(read_rfilter(r, child, s));
-    for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) props_ignore(&p, ignored[i]);
+    for (size_t k = 0; k < sizeof ignored / sizeof *ignored; k++) props_ignore(&p, ignored[k]);
+    if (node->is_legacy) props_ignore_rest(&p);
     TRY(props_finish(&p, &object));
 done:
     return status;
@@ -101,6 +108,7 @@ static lmn_status read_sampler(struct reader *r, struct xml_node *node, struct r
     props_ignore(&p, "jitter");
     props_ignore(&p, "strength");
     props_ignore(&p, "scramble");
+    if (node->is_legacy) props_ignore_rest(&p);
     TRY(props_finish(&p, &object));
 done:
     return status;
@@ -188,47 +196,6 @@ lmn_status load_sensor(struct reader *r, struct xml_node *node)
     for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) props_ignore(&p, ignored[i]);
     TRY(props_finish(&p, &object));
     TRY(builder_set_sensor(r->b, &object, &s, r->err));
-done:
-    return status;
-}
-
-/* ---- Integrator --------------------------------------------------------------------------- */
-
-lmn_status load_integrator(struct reader *r, struct xml_node *node)
-{
-    static const char *const words[] = {"path", "direct", "aov", "moment"};
-    static const char *const known[] = {
-        "volpath", "volpathmis",        "ptracer", "bdpt",   "photonmapper", "sppm", "depth",
-        "prb",     "direct_projective", "stokes",  "pssmlt", "mlt",          "erpt"};
-    static const char *const ignored[] = {
-        "samples_per_pass", "block_size",   "timeout",        "aovs",       "shading_samples",
-        "emitter_samples",  "bsdf_samples", "strict_normals", "sample_num", "delta"};
-    lmn_status status = LMN_OK;
-    struct props p = props_of(r, node);
-    struct builder_object object;
-    struct render_settings *s = &r->b->settings;
-    struct xml_node *child;
-    if (strcmp(p.type, "aov") == 0 || strcmp(p.type, "moment") == 0) {
-        /* Wrappers that add outputs; buffers are asked for elsewhere here. */
-        TRY(props_object(&p, EL_INTEGRATOR, &child));
-        if (child && r->depth++ == 8) return fail_node(r, child, "integrators are nested too deep");
-        if (child) TRY(load_integrator(r, child));
-        r->depth -= child != NULL;
-    } else if (strcmp(p.type, "direct") == 0) {
-        s->max_depth = 2; /* `direct` is `path` up to one bounce */
-    } else if (strcmp(p.type, "path") == 0) {
-        TRY(props_integer(&p, "max_depth", -1, INT32_MAX, &s->max_depth));
-        TRY(props_integer(&p, "rr_depth", 1, INT32_MAX, &s->rr_depth));
-    } else {
-        for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
-            if (strcmp(p.type, known[i]) == 0) return fail_unsupported(r, node);
-        }
-        return fail_unknown(r, node, "unknown integrator", p.type, words,
-                            sizeof words / sizeof *words);
-    }
-    TRY(props_boolean(&p, "hide_emitters", &s->hide_emitters));
-    for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) props_ignore(&p, ignored[i]);
-    TRY(props_finish(&p, &object));
 done:
     return status;
 }

@@ -67,62 +67,6 @@ done:
     return status;
 }
 
-static int hex_digit(char c)
-{
-    const char *digits = "0123456789abcdef", *at = strchr(digits, c | 0x20);
-    return c && at ? (int)(at - digits) : -1;
-}
-
-/* "#rrggbb": each byte / 255, taken as linear, as Mitsuba's <rgb> had it. */
-static bool read_hex(const char *text, struct vec3 *out)
-{
-    float c[3];
-    if (strlen(text) != 7) return false;
-    for (int i = 0; i < 3; i++) {
-        int hi = hex_digit(text[1 + 2 * i]), lo = hex_digit(text[2 + 2 * i]);
-        if (hi < 0 || lo < 0) return false;
-        c[i] = (float)(16 * hi + lo) / 255.0f;
-    }
-    *out = vec3(c[0], c[1], c[2]);
-    return true;
-}
-
-lmn_status read_colour(struct reader *r, const struct xml_node *node, struct vec3 *out,
-                       bool is_light)
-{
-    lmn_status status = LMN_OK;
-    const char *text = read_value(node);
-    double v[3];
-    uint32_t n;
-    if (node->element == EL_SPECTRUM) {
-        if (xml_attribute(node, "filename") || strchr(text, ':'))
-            return fail_node(r, node,
-                             "<spectrum name=\"%s\">: spectra by wavelength are not supported; "
-                             "use <rgb>",
-                             xml_attribute(node, "name"));
-        TRY(read_numbers(r, node, "value", v, 3, &n));
-        if (n != 1)
-            return fail_node(r, node, "<spectrum> takes one number; use <rgb> for a colour");
-        /* Light of equal energy at all wavelengths is not white in sRGB, whose white is D65. */
-        *out = is_light ? vec3_scale(vec3(1.2047939f, 0.9482910f, 0.9089161f), (float)v[0])
-                        : vec3_splat((float)v[0]);
-        return LMN_OK;
-    }
-    text += strspn(text, " \t\r\n");
-    if (text[0] == '#') {
-        if (!read_hex(text, out))
-            return fail_node(r, node, "<%s>: \"%.40s\" is not a colour like #ff8000", node->name,
-                             text);
-        return LMN_OK;
-    }
-    TRY(read_numbers(r, node, "value", v, 3, &n));
-    if (n == 2) return fail_node(r, node, "<%s> takes one or three numbers", node->name);
-    if (n == 1) v[1] = v[2] = v[0];
-    *out = vec3((float)v[0], (float)v[1], (float)v[2]);
-done:
-    return status;
-}
-
 /* ---- Transforms --------------------------------------------------------------------------- */
 
 static lmn_status read_matrix(struct reader *r, const struct xml_node *node, struct transform *out)

@@ -62,7 +62,7 @@ struct group {
 
 /* ---- Can change: the state ----------------------------------------------------------------- */
 
-enum texture_kind { TEXTURE_CONSTANT, TEXTURE_BITMAP, TEXTURE_CHECKERBOARD };
+enum texture_kind { TEXTURE_CONSTANT, TEXTURE_BITMAP, TEXTURE_CHECKERBOARD, TEXTURE_GRID };
 enum texture_filter { TEXTURE_BILINEAR, TEXTURE_NEAREST };
 enum texture_wrap { TEXTURE_REPEAT, TEXTURE_MIRROR, TEXTURE_CLAMP };
 
@@ -70,7 +70,8 @@ enum texture_wrap { TEXTURE_REPEAT, TEXTURE_MIRROR, TEXTURE_CLAMP };
 struct texture {
     enum texture_kind kind;
     struct vec3 value;          /* CONSTANT: the value. Others: a factor on the result, usually 1 */
-    struct vec3 color0, color1; /* CHECKERBOARD */
+    struct vec3 color0, color1; /* CHECKERBOARD; GRID: between lines, on them */
+    float line_width;           /* GRID: half the width of a line; a cell has side 1 */
     float to_uv[2][3];          /* uv' = to_uv [u v 1] */
     uint32_t bitmap;            /* BITMAP: into scene->bitmaps */
     enum texture_filter filter;

@@ -24,6 +24,7 @@ struct xml_node {
     /* For the reader's use; zero at first. */
     uint8_t element;
     bool is_used;       /* a property that was asked for */
+    bool is_legacy;     /* of a file for Mitsuba 0.x */
     uint8_t load_state; /* an object: not yet, being loaded, loaded */
     enum builder_kind kind;
     uint32_t index;

@@ -391,6 +391,37 @@ def scenes():
         </bsdf>
     </shape>
 """ + BACKLIT),
+        "cylinder": ("Cylinders: a standing one, a leaning one turned inside out, a shining one",
+                     material("diffuse", CHECKER.format(name="reflectance", a="0.9, 0.7, 0.3",
+                                                        b="0.2, 0.3, 0.6", x=8, y=4)) + """
+    <shape type="cylinder">
+        <point name="p0" x="-0.9" y="0" z="0.2"/>
+        <point name="p1" x="-0.8" y="1" z="0.3"/>
+        <float name="radius" value="0.35"/>
+        <bsdf type="twosided">
+            <ref id="material"/>
+        </bsdf>
+    </shape>
+    <shape type="cylinder">
+        <boolean name="flip_normals" value="true"/>
+        <transform name="to_world">
+            <scale x="0.4" y="-0.4" z="0.9"/>
+            <rotate x="1" angle="-60"/>
+            <translate x="0.8" y="0.2" z="0.4"/>
+        </transform>
+        <bsdf type="twosided">
+            <ref id="material"/>
+        </bsdf>
+    </shape>
+    <shape type="cylinder" id="tube">
+        <point name="p0" x="-0.3" y="1.3" z="-0.6"/>
+        <point name="p1" x="1.1" y="1.6" z="-0.8"/>
+        <float name="radius" value="0.06"/>
+        <emitter type="area">
+            <rgb name="radiance" value="5, 9, 12"/>
+        </emitter>
+    </shape>
+""" + BACKLIT),
         "cube": ("Boxes, one sheared and mirrored",
                  material("diffuse", CHECKER.format(name="reflectance", a="0.8, 0.8, 0.8",
                                                     b="0.6, 0.1, 0.1", x=2, y=4)) + """

@@ -8,13 +8,8 @@
 
 #include "base/cpu.h"
 #include "base/mem.h"
+#include "render/quadric.h"
 #include "render/view.h"
-
-/* A sphere or disk as Embree's callbacks see it. */
-struct quadric {
-    double center[3], radius;  /* sphere, group space */
-    struct transform to_group; /* disk */
-};
 
 struct accel {
     const struct scene *scene;
@@ -40,29 +35,13 @@ static void on_error(void *user, enum RTCError code, const char *text)
     snprintf(a->message, sizeof a->message, "%s", text ? text : "unknown error");
 }
 
-/* ---- Spheres and disks --------------------------------------------------------------------- */
+/* ---- Quadrics ------------------------------------------------------------------------------ */
 
-static void quadric_bounds(const struct RTCBoundsFunctionArguments *args)
+static void on_bounds(const struct RTCBoundsFunctionArguments *args)
 {
-    const struct quadric *q = args->geometryUserPtr;
-    struct RTCBounds *b = args->bounds_o;
     float low[3], high[3];
-    for (int i = 0; i < 3; i++) {
-        double c, r;
-        if (q->radius > 0) {
-            c = q->center[i];
-            r = q->radius;
-        } else { /* the extent of an ellipse M (cos a, sin a, 0): sqrt(m0^2 + m1^2) */
-            double m0 = q->to_group.m[i][0], m1 = q->to_group.m[i][1];
-            c = q->to_group.m[i][3];
-            r = sqrt(m0 * m0 + m1 * m1);
-        }
-        low[i] = (float)(c - r);
-        high[i] = (float)(c + r);
-        float pad = 1e-6f * (fabsf(low[i]) + fabsf(high[i]));
-        low[i] -= pad;
-        high[i] += pad;
-    }
+    struct RTCBounds *b = args->bounds_o;
+    quadric_bounds(args->geometryUserPtr, low, high);
     b->lower_x = low[0];
     b->lower_y = low[1];
     b->lower_z = low[2];
@@ -75,14 +54,10 @@ static void quadric_bounds(const struct RTCBoundsFunctionArguments *args)
 enum ray_field { ORG_X, TNEAR = 3, DIR_X = 4, TFAR = 8, RAY_FIELDS = 12 };
 enum hit_field { NG_X, HIT_U = 3, HIT_V, PRIM_ID, GEOM_ID, INST_ID };
 
-struct query {
-    double o[3], d[3], t_min, t_max;
-};
-
-static struct query query_get(const void *rays, unsigned n, unsigned i)
+static struct quadric_ray ray_get(const void *rays, unsigned n, unsigned i)
 {
     const float *f = (const float *)rays + i;
-    struct query q = {.t_min = f[TNEAR * n], .t_max = f[TFAR * n]};
+    struct quadric_ray q = {.t_min = f[TNEAR * n], .t_max = f[TFAR * n]};
     for (unsigned k = 0; k < 3; k++) {
         q.o[k] = f[(ORG_X + k) * n];
         q.d[k] = f[(DIR_X + k) * n];
@@ -90,62 +65,22 @@ static struct query query_get(const void *rays, unsigned n, unsigned i)
     return q;
 }
 
-/* The first t in [t_min, t_max] at which the ray meets the sphere; in double, from the point of the
- * ray closest to the centre, so that far and large spheres stay exact. */
-static bool sphere_hit(const struct quadric *q, const struct query *r, double *t)
-{
-    const double *d = r->d;
-    const double l[3] = {r->o[0] - q->center[0], r->o[1] - q->center[1], r->o[2] - q->center[2]};
-    double a = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    double t_mid = -(l[0] * d[0] + l[1] * d[1] + l[2] * d[2]) / a;
-    double o[3], o2 = 0;
-    for (int i = 0; i < 3; i++) {
-        o[i] = l[i] + t_mid * d[i];
-        o2 += o[i] * o[i];
-    }
-    double discriminant = q->radius * q->radius - o2;
-    if (!(discriminant >= 0)) return false;
-    double half = sqrt(discriminant / a);
-    double near = t_mid - half, far = t_mid + half;
-    *t = near >= r->t_min ? near : far;
-    return *t >= r->t_min && *t <= r->t_max;
-}
-
-static bool disk_hit(const struct quadric *q, const struct query *r, double *t)
-{
-    const float(*m)[4] = q->to_group.inv;
-    double o[3], d[3];
-    for (int i = 0; i < 3; i++) {
-        o[i] = m[i][0] * r->o[0] + m[i][1] * r->o[1] + m[i][2] * r->o[2] + (double)m[i][3];
-        d[i] = m[i][0] * r->d[0] + m[i][1] * r->d[1] + m[i][2] * r->d[2];
-    }
-    if (d[2] == 0) return false;
-    *t = -o[2] / d[2];
-    double x = o[0] + *t * d[0], y = o[1] + *t * d[1];
-    return *t >= r->t_min && *t <= r->t_max && x * x + y * y <= 1;
-}
-
-static bool quadric_hit(const struct quadric *q, const struct query *r, double *t)
-{
-    return q->radius > 0 ? sphere_hit(q, r, t) : disk_hit(q, r, t);
-}
-
-static void quadric_intersect(const struct RTCIntersectFunctionNArguments *args)
+static void on_intersect(const struct RTCIntersectFunctionNArguments *args)
 {
     const struct quadric *q = args->geometryUserPtr;
     const unsigned n = args->N;
     float *rays = (float *)args->rayhit;
     for (unsigned i = 0; i < n; i++) {
         if (args->valid[i] != -1) continue;
-        struct query r = query_get(rays, n, i);
+        struct quadric_ray r = ray_get(rays, n, i);
         double t;
         if (!quadric_hit(q, &r, &t)) continue;
         float *hit = rays + (size_t)RAY_FIELDS * n + i;
         uint32_t *ids = (uint32_t *)args->rayhit + (size_t)RAY_FIELDS * n + i;
         rays[TFAR * n + i] = (float)t;
-        for (unsigned k = 0; k < 3; k++)
-            hit[(NG_X + k) * n] = q->radius > 0 ? (float)(r.o[k] + t * r.d[k] - q->center[k])
-                                                : q->to_group.inv[2][k];
+        float normal[3];
+        quadric_normal(q, &r, t, normal);
+        for (unsigned k = 0; k < 3; k++) hit[(NG_X + k) * n] = normal[k];
         hit[HIT_U * n] = hit[HIT_V * n] = 0.0f;
         ids[PRIM_ID * n] = 0;
         ids[GEOM_ID * n] = args->geomID;
@@ -153,14 +88,14 @@ static void quadric_intersect(const struct RTCIntersectFunctionNArguments *args)
     }
 }
 
-static void quadric_occluded(const struct RTCOccludedFunctionNArguments *args)
+static void on_occluded(const struct RTCOccludedFunctionNArguments *args)
 {
     const struct quadric *q = args->geometryUserPtr;
     const unsigned n = args->N;
     float *rays = (float *)args->ray;
     for (unsigned i = 0; i < n; i++) {
         if (args->valid[i] != -1) continue;
-        struct query r = query_get(rays, n, i);
+        struct quadric_ray r = ray_get(rays, n, i);
         double t;
         if (quadric_hit(q, &r, &t)) rays[TFAR * n + i] = -INFINITY;
     }
@@ -183,20 +118,12 @@ static RTCGeometry quadric_geometry(RTCDevice device, const struct shape *s, str
 {
     RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
     if (!g) return NULL;
-    q->to_group = s->to_group;
-    if (s->kind == SHAPE_SPHERE) {
-        double scale2 = 0;
-        for (int i = 0; i < 3; i++) {
-            q->center[i] = s->to_group.m[i][3];
-            scale2 += (double)s->to_group.m[i][0] * s->to_group.m[i][0];
-        }
-        q->radius = sqrt(scale2);
-    }
+    quadric_init(q, s);
     rtcSetGeometryUserPrimitiveCount(g, 1);
     rtcSetGeometryUserData(g, q);
-    rtcSetGeometryBoundsFunction(g, quadric_bounds, NULL);
-    rtcSetGeometryIntersectFunction(g, quadric_intersect);
-    rtcSetGeometryOccludedFunction(g, quadric_occluded);
+    rtcSetGeometryBoundsFunction(g, on_bounds, NULL);
+    rtcSetGeometryIntersectFunction(g, on_intersect);
+    rtcSetGeometryOccludedFunction(g, on_occluded);
     return g;
 }
 

@@ -99,6 +99,23 @@ static void sample_disk(const struct light *l, const struct view_instance *insta
     s->v = phi < 0.0f ? phi + 1.0f : phi;
 }
 
+/* Cylinders, uniformly by area where the instance does not change that. */
+static void sample_cylinder(const struct light *l, const struct view_instance *instance, float u1,
+                            float u2, struct area_sample *s)
+{
+    const struct world_shape *shape = l->shape;
+    struct vec3 n;
+    warp_sincos_turn(u1, &n.y, &n.x);
+    s->p = transform_point(instance->to_world,
+                           transform_point(shape->to_group, vec3(n.x, n.y, u2)));
+    n = transform_normal(shape->to_group, vec3(n.x, n.y, 0.0f));
+    n = vec3_normalize(transform_normal(instance->to_world, n));
+    s->n = shape->is_flipped ? vec3_neg(n) : n;
+    s->pdf = 1.0f / (shape->total_area * area_scale(instance, n));
+    s->u = u1;
+    s->v = u2;
+}
+
 /* ---- Spheres --------------------------------------------------------------------------------- */
 
 struct sphere {
@@ -196,6 +213,9 @@ static bool sample_area(const struct view *v, const struct light *l, struct vec3
     case SHAPE_DISK:
         sample_disk(l, instance, u1, u2, &a);
         break;
+    case SHAPE_CYLINDER:
+        sample_cylinder(l, instance, u1, u2, &a);
+        break;
     case SHAPE_SPHERE:
         if (sample_sphere_cone(l, instance, reference, u1, u2, &a, &pdf)) break;
         sample_sphere_area(l, instance, u1, u2, &a);
@@ -286,6 +306,7 @@ float light_surface_pdf(const struct view *v, struct vec3 reference, const struc
     float cosine = fabsf(vec3_dot(d, s->frame.n)), per_area = 0.0f;
     switch (shape->kind) {
     case SHAPE_MESH:
+    case SHAPE_CYLINDER:
         per_area = 1.0f / (shape->total_area * area_scale(instance, s->n));
         break;
     case SHAPE_DISK:

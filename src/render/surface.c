@@ -38,7 +38,7 @@ static struct vec3 mesh_dp_du(const struct world_shape *shape, const uint32_t *a
     return vec3_scale(vec3_sub(vec3_scale(e0, dv1), vec3_scale(e1, dv0)), 1.0f / det);
 }
 
-/* Spheres and disks: texture coordinates and dp/du at a point of the unit shape. */
+/* Quadrics: texture coordinates and dp/du at a point of the unit shape. */
 static struct vec3 quadric_uv(struct surface *s, enum shape_kind kind, struct vec3 local)
 {
     float phi = atan2f(local.y, local.x) * (0.5f * MATH_INV_PI);
@@ -47,6 +47,11 @@ static struct vec3 quadric_uv(struct surface *s, enum shape_kind kind, struct ve
         float length = vec3_length(local);
         s->u = phi;
         s->v = acosf(min_float(max_float(local.z / length, -1.0f), 1.0f)) * MATH_INV_PI;
+        return vec3(-local.y, local.x, 0.0f);
+    }
+    if (kind == SHAPE_CYLINDER) {
+        s->u = phi;
+        s->v = local.z;
         return vec3(-local.y, local.x, 0.0f);
     }
     float r = sqrtf(local.x * local.x + local.y * local.y);
@@ -93,6 +98,15 @@ void surface_fetch(struct surface *s, const struct view *v, const struct ray *r,
             /* Pull the point back onto the sphere. */
             n = vec3_normalize(vec3_sub(p, shape->center));
             p = vec3_madd(shape->center, n, shape->radius);
+            s->p = instance->is_identity ? p : transform_point(instance->to_world, p);
+        }
+        if (shape->kind == SHAPE_CYLINDER) {
+            struct vec3 q = transform_point_inverse(shape->to_group, p);
+            float scale = 1.0f / sqrtf(q.x * q.x + q.y * q.y);
+            q.x *= scale;
+            q.y *= scale;
+            n = transform_normal(shape->to_group, vec3(q.x, q.y, 0.0f));
+            p = transform_point(shape->to_group, q);
             s->p = instance->is_identity ? p : transform_point(instance->to_world, p);
         }
         s->u = s->v = 0.0f;

@@ -64,6 +64,11 @@ static lmn_status init_shape(struct world *w, uint32_t index, struct error *err)
         shape->radius = vec3_length(transform_vector(&s->to_group, vec3(1.0f, 0.0f, 0.0f)));
     }
     if (s->emitter != SCENE_NONE) shape->bounds = shape_bounds(w->scene, s);
+    if (s->kind == SHAPE_CYLINDER) {
+        shape->radius = vec3_length(transform_vector(&s->to_group, vec3(1.0f, 0.0f, 0.0f)));
+        float length = vec3_length(transform_vector(&s->to_group, vec3(0.0f, 0.0f, 1.0f)));
+        shape->total_area = 2.0f * MATH_PI * shape->radius * length;
+    }
     if (s->kind != SHAPE_MESH) return LMN_OK;
     const struct mesh *m = &w->scene->meshes[s->mesh];
     shape->positions = m->positions;

@@ -17,15 +17,15 @@ struct world_shape {
     uint32_t emitter; /* SCENE_NONE: none */
     const float *positions, *normals, *uvs;
     const uint32_t *indices;
-    const struct transform *to_group; /* spheres and disks */
+    const struct transform *to_group; /* all but meshes */
     struct vec3 center;               /* spheres, group space */
-    float radius;
-    uint32_t index;           /* into scene->shapes */
-    struct distribution area; /* emissive meshes: triangles by area in group space */
-    float total_area;         /* emissive meshes: in group space */
-    struct bounds bounds;     /* emissive shapes: in group space */
-    float flat_side;          /* emissive meshes whose shading normals are those of the faces: 1;
-                                 opposite to them: -1; otherwise 0 */
+    float radius;                     /* spheres, cylinders, group space */
+    uint32_t index;                   /* into scene->shapes */
+    struct distribution area;         /* emissive meshes: triangles by area in group space */
+    float total_area;                 /* emissive meshes, cylinders: in group space */
+    struct bounds bounds;             /* emissive shapes: in group space */
+    float flat_side; /* emissive meshes whose shading normals are those of the faces: 1;
+                        opposite to them: -1; otherwise 0 */
 };
 
 /* An image of radiance around the scene, ready for sampling. The picture's texel centres are nodes

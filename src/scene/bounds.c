@@ -17,12 +17,13 @@ void bounds_add(struct bounds *b, struct vec3 p)
     b->max = vec3(fmaxf(b->max.x, p.x), fmaxf(b->max.y, p.y), fmaxf(b->max.z, p.z));
 }
 
-/* Half the extent of the unit sphere (or of its z = 0 disk) along each axis after a linear map. */
-static struct vec3 round_extent(const struct transform *t, bool is_disk)
+/* Half the extent of the unit sphere (or of its z = 0 circle) along each axis after a linear map.
+ */
+static struct vec3 round_extent(const struct transform *t, bool is_circle)
 {
     float e[3];
     for (int i = 0; i < 3; i++) {
-        float z = is_disk ? 0.0f : t->m[i][2];
+        float z = is_circle ? 0.0f : t->m[i][2];
         e[i] = sqrtf(t->m[i][0] * t->m[i][0] + t->m[i][1] * t->m[i][1] + z * z);
     }
     return vec3(e[0], e[1], e[2]);

@@ -92,7 +92,8 @@ static lmn_status read_cube(struct props *p, struct builder_shape *s, const char
     return status == LMN_OK ? add_mesh(p, &m, s) : status;
 }
 
-/* ---- Spheres and disks -------------------------------------------------------------------- */
+/* ---- Spheres, disks, cylinders
+ * -------------------------------------------------------------------- */
 
 /* Rotation, uniform scale and perhaps a mirror: the columns are orthogonal and of one length. */
 static bool is_similarity(const struct transform *t)
@@ -139,18 +140,62 @@ static lmn_status read_disk(struct props *p, struct builder_shape *s, const char
     return LMN_OK;
 }
 
+/* Columns at right angles, x and y of one length: circles about z stay circles. */
+static bool keeps_round(const struct transform *t)
+{
+    struct vec3 c[3];
+    for (int j = 0; j < 3; j++) c[j] = vec3(t->m[0][j], t->m[1][j], t->m[2][j]);
+    float x = vec3_length(c[0]), y = vec3_length(c[1]), z = vec3_length(c[2]);
+    return fabsf(x - y) <= 1e-3f * x && fabsf(vec3_dot(c[0], c[1])) <= 1e-3f * x * y &&
+           fabsf(vec3_dot(c[0], c[2])) <= 1e-3f * x * z &&
+           fabsf(vec3_dot(c[1], c[2])) <= 1e-3f * y * z;
+}
+
+static lmn_status read_cylinder(struct props *p, struct builder_shape *s, const char **stem)
+{
+    lmn_status status = LMN_OK;
+    struct vec3 p0 = vec3(0, 0, 0), p1 = vec3(0, 0, 1);
+    float radius = 1.0f;
+    (void)stem;
+    TRY(props_point(p, "p0", &p0));
+    TRY(props_point(p, "p1", &p1));
+    TRY(props_positive(p, "radius", &radius));
+    struct vec3 axis = vec3_sub(p1, p0);
+    float length = vec3_length(axis);
+    if (!(length > 0.0f) || !isfinite(length))
+        return fail_node(p->r, p->node, "the cylinder's ends \"p0\" and \"p1\" are equal");
+    struct frame f = frame_from_normal(vec3_scale(axis, 1.0f / length));
+    double m[16] = {f.s.x, f.t.x, f.n.x, p0.x, f.s.y, f.t.y, f.n.y, p0.y,
+                    f.s.z, f.t.z, f.n.z, p0.z, 0,     0,     0,     1};
+    struct transform place, grow = transform_scale(vec3(radius, radius, length));
+    if (!transform_from_matrix(m, &place))
+        return fail_node(p->r, p->node, "the cylinder is out of range");
+    place = transform_mul(&place, &grow);
+    s->kind = SHAPE_CYLINDER;
+    s->to_world = transform_mul(&s->to_world, &place);
+    for (int i = 0; i < 12; i++) {
+        if (!(fabsf(s->to_world.m[i / 4][i % 4]) < 1e18f) ||
+            !isfinite(s->to_world.inv[i / 4][i % 4]))
+            return fail_node(p->r, p->node, "the cylinder is out of range");
+    }
+    if (!keeps_round(&s->to_world))
+        return fail_node(p->r, p->node, "a cylinder that is no longer round is not supported");
+done:
+    return status;
+}
+
 /* ---- Table -------------------------------------------------------------------------------- */
 
 static const struct {
     const char *type;
     shape_fn *read; /* NULL: known, not supported yet */
 } plugins[] = {
-    {"obj", read_obj},      {"ply", read_ply},        {"rectangle", read_rectangle},
-    {"cube", read_cube},    {"sphere", read_sphere},  {"disk", read_disk},
-    {"cylinder", NULL},     {"serialized", NULL},     {"hair", NULL},
-    {"bsplinecurve", NULL}, {"linearcurve", NULL},    {"sdfgrid", NULL},
-    {"ellipsoids", NULL},   {"ellipsoidsmesh", NULL}, {"blender", NULL},
-    {"heightfield", NULL},  {"merge", NULL},
+    {"obj", read_obj},           {"ply", read_ply},        {"rectangle", read_rectangle},
+    {"cube", read_cube},         {"sphere", read_sphere},  {"disk", read_disk},
+    {"cylinder", read_cylinder}, {"serialized", NULL},     {"hair", NULL},
+    {"bsplinecurve", NULL},      {"linearcurve", NULL},    {"sdfgrid", NULL},
+    {"ellipsoids", NULL},        {"ellipsoidsmesh", NULL}, {"blender", NULL},
+    {"heightfield", NULL},       {"merge", NULL},
 };
 enum { N_PLUGINS = sizeof plugins / sizeof *plugins };
 

@@ -37,14 +37,15 @@ enum shape_kind {
     SHAPE_MESH,   /* also rectangle, cube, obj, ply */
     SHAPE_SPHERE, /* unit sphere at the origin under to_group (rotation, uniform scale, translation)
                    */
-    SHAPE_DISK    /* unit disk in z = 0, normal +z, under to_group */
+    SHAPE_DISK,   /* unit disk in z = 0, normal +z, under to_group */
+    SHAPE_CYLINDER /* x^2 + y^2 = 1, z in [0,1], open ends, under to_group, which keeps it round */
 };
 
 struct shape {
     const char *name; /* id, or a made-up one; unique */
     enum shape_kind kind;
     uint32_t mesh;             /* SHAPE_MESH: into scene->meshes */
-    struct transform to_group; /* SHAPE_SPHERE, SHAPE_DISK; identity for meshes (baked in) */
+    struct transform to_group; /* all but meshes; identity for these (baked in) */
     uint32_t emitter;          /* area light, into state->emitters, or SCENE_NONE */
     bool flip_normals;
 };

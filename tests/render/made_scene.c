@@ -169,6 +169,13 @@ uint32_t made_disk(struct made_scene *m, const struct transform *to_group, uint3
     return add_shape(m, &s, bsdf);
 }
 
+uint32_t made_cylinder(struct made_scene *m, const struct transform *to_group, uint32_t bsdf,
+                       uint32_t emitter)
+{
+    struct shape s = {.kind = SHAPE_CYLINDER, .emitter = emitter, .to_group = *to_group};
+    return add_shape(m, &s, bsdf);
+}
+
 uint32_t made_mesh(struct made_scene *m, uint32_t n_vertices, const float *positions,
                    uint32_t n_triangles, const uint32_t *indices, uint32_t bsdf, uint32_t emitter)
 {

@@ -60,6 +60,8 @@ uint32_t made_disk(struct made_scene *m, const struct transform *to_group, uint3
 uint32_t made_quad(struct made_scene *m, struct vec3 p, struct vec3 a, struct vec3 b, uint32_t bsdf,
                    uint32_t emitter);
 /* Copies positions [n_vertices][3] and indices [n_triangles][3]; neither normals nor uvs. */
+uint32_t made_cylinder(struct made_scene *m, const struct transform *to_group, uint32_t bsdf,
+                       uint32_t emitter);
 uint32_t made_mesh(struct made_scene *m, uint32_t n_vertices, const float *positions,
                    uint32_t n_triangles, const uint32_t *indices, uint32_t bsdf, uint32_t emitter);
 void made_group(struct made_scene *m);

@@ -95,6 +95,35 @@ static void add_disk(struct made_scene *m)
     made_disk(m, &place, black(m), area(m));
 }
 
+/* Open ends: from here, some of its inside is seen, too, which does not shine. */
+static void add_cylinder(struct made_scene *m)
+{
+    struct transform turn = transform_rotate(vec3(0.2f, 1, 0.3f), 60),
+                     scale = transform_scale(vec3(0.5f, 0.5f, 1.4f)),
+                     move = transform_translate(vec3(1.4f, -0.1f, -0.4f)), place;
+    place = transform_mul(&turn, &scale);
+    place = transform_mul(&move, &place);
+    made_cylinder(m, &place, black(m), area(m));
+}
+
+static void add_cylinder_placed(struct made_scene *m)
+{
+    struct transform turn = transform_rotate(vec3(1, 0, 0), 25),
+                     scale = transform_scale(vec3(1.1f, 0.8f, 0.9f));
+    place_group(m, transform_mul(&scale, &turn));
+    add_cylinder(m);
+}
+
+/* The reference point is inside. */
+static void add_hollow_cylinder(struct made_scene *m)
+{
+    struct transform scale = transform_scale(vec3(0.8f, 0.8f, 2)),
+                     move = transform_translate(vec3(0.3f, 0.1f, -0.9f)), place;
+    place = transform_mul(&move, &scale);
+    uint32_t s = made_cylinder(m, &place, black(m), area(m));
+    m->shapes[s].flip_normals = true;
+}
+
 static void add_constant(struct made_scene *m)
 {
     made_emitter(m, EMITTER_CONSTANT, vec3(1, 2, 3));
@@ -195,6 +224,39 @@ static double place_density(const void *ctx, double x, double y)
     return fmax(0, -vec3_dot(grown, d)) / (distance * distance) * density_along(ctx, d);
 }
 
+/* By turn and height on the cylinder that is the only shape, for the same reason. */
+static struct transform cylinder_place(const struct view *v)
+{
+    const struct light *l = &v->lights[0];
+    return transform_mul(&v->state.instances[l->instance].to_world, l->shape->to_group);
+}
+
+static bool draw_on_cylinder(const void *ctx, const float u[3], double *x, double *y)
+{
+    struct light_sample s;
+    if (!light_sample(ctx, reference, u[0], u[1], &s)) return false;
+    struct transform place = cylinder_place(ctx);
+    struct vec3 p = transform_point_inverse(&place, s.p);
+    double turn = atan2(p.y, p.x) / (2 * pi);
+    *x = turn < 0 ? turn + 1 : turn;
+    *y = p.z;
+    return true;
+}
+
+static double cylinder_density(const void *ctx, double x, double y)
+{
+    struct transform place = cylinder_place(ctx);
+    float s = (float)sin(2 * pi * x), c = (float)cos(2 * pi * x), turn = (float)(2 * pi);
+    struct vec3 p = transform_point(&place, vec3(c, s, (float)y));
+    struct vec3 grown = vec3_cross(transform_vector(&place, vec3(-turn * s, turn * c, 0)),
+                                   transform_vector(&place, vec3(0, 0, 1)));
+    if (((const struct view *)ctx)->lights[0].shape->is_flipped) grown = vec3_neg(grown);
+    struct vec3 d = vec3_sub(p, reference);
+    double distance = vec3_length(d);
+    d = vec3_normalize(d);
+    return fmax(0, -vec3_dot(grown, d)) / (distance * distance) * density_along(ctx, d);
+}
+
 /* By place (u, v) in the picture: densities per solid angle grow without end towards the poles. */
 static const double places_per_angle = 2 * 3.14159265358979 * 3.14159265358979; /* times sin */
 
@@ -234,6 +296,7 @@ struct light_case {
     {                                                            \
         -3.14159265358979, 3.14159265358979, -1, 1, 32, 24, true \
     }
+#define TURNS {0, 1, 0, 1, 36, 20, false}, draw_on_cylinder, cylinder_density
 static const struct light_case cases[] = {
     {"triangles", add_triangles, {-0.6, 0.5, -0.45, 0.5, 28, 24, false}, DIRECTIONS},
     {"triangles, placed", add_triangles_placed, {-0.6, 0.5, -0.45, 0.5, 28, 24, false}, DIRECTIONS},
@@ -242,6 +305,9 @@ static const struct light_case cases[] = {
     {"ellipsoid", add_ellipsoid, SPHERE, draw_place, place_density},
     {"sphere from inside", add_hollow_sphere, SPHERE, DIRECTIONS},
     {"disk", add_disk, {-0.5, 0.5, -0.6, 0.6, 28, 24, false}, DIRECTIONS},
+    {"cylinder", add_cylinder, TURNS},
+    {"cylinder, placed", add_cylinder_placed, TURNS},
+    {"cylinder from inside", add_hollow_cylinder, TURNS},
     {"constant", add_constant, SPHERE, DIRECTIONS},
     {"envmap", add_envmap, {0, 1, 0, 1, 44, 20, false}, draw_texel, texel_density},
     {"all", add_all, SPHERE, DIRECTIONS},
@@ -398,6 +464,18 @@ static void surfaces_send_what_they_should(void **state)
     place = transform_mul(&move, &scale);
     made_disk(m, &place, black(m), area(m));
     finish("disk from behind", m, up, 0);
+
+    /* From inside of a cylinder of radius r and height h, at one end and looking along its axis:
+     * all but the disk at the other end, pi L (1 - r^2 / (r^2 + h^2)). */
+    m = start(here);
+    scale = transform_scale(vec3(0.75f, 0.75f, 2));
+    s = made_cylinder(m, &scale, black(m), area(m));
+    m->shapes[s].flip_normals = true;
+    finish("hollow cylinder", m, up, pi * (1 - 0.5625 / 4.5625));
+    m = start(here);
+    made_cylinder(m, &scale, black(m), area(m));
+    finish("cylinder from inside", m, up, 0);
+    scale = transform_scale(vec3_splat(1.5f));
 
     /* A rectangle 2a x 2b at height h: four times the form factor of a corner (Lambert). */
     scale = transform_scale(vec3(0.5f, 2, 1));

@@ -11,6 +11,8 @@ import struct
 import sys
 import zlib
 
+import tests_lights
+
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <!-- {what}. Made by scripts/scenes/make_tests.py. CC0. -->
 <scene version="3.0.0">
@@ -508,6 +510,7 @@ def scenes():
                                                           b="0, 0, 0", x=20, y=12))
                        + THINGS + BACKLIT, 4, '<rfilter type="box"/>'),
     }
+    plain.update(tests_lights.scenes(sys.modules[__name__]))
     for name, entry in plain.items():
         what, body, depth, rfilter = (*entry, 6, TENT)[:4] if len(entry) == 2 else entry
         yield name, HEAD.format(what=what, depth=depth, rfilter=rfilter) + body + "</scene>\n"

@@ -3,11 +3,10 @@
 
 #include "math/warp.h"
 
-/* The tangent of half the horizontal angle. */
-static double half_width(const struct sensor *s, double aspect)
+double camera_half_width(double fov, enum fov_axis axis, double aspect)
 {
-    double t = tan((double)s->fov * (3.14159265358979323846 / 360.0));
-    switch (s->fov_axis) {
+    double t = tan(fov * (3.14159265358979323846 / 360.0));
+    switch (axis) {
     case FOV_X:
         return t;
     case FOV_Y:
@@ -24,7 +23,7 @@ static double half_width(const struct sensor *s, double aspect)
 
 void camera_init(struct camera *c, const struct sensor *s, uint32_t width, uint32_t height)
 {
-    double tx = half_width(s, (double)width / (double)height);
+    double tx = camera_half_width((double)s->fov, s->fov_axis, (double)width / (double)height);
     /* Camera space: +x to the left, +y up, +z forward; pixels run right and down. d = forward +
      * (px, py) steps, with pixel (0, 0) at the top left corner. */
     struct vec3 left = transform_vector(&s->to_world, vec3(1.0f, 0.0f, 0.0f));

@@ -14,6 +14,9 @@ struct camera {
 
 void camera_init(struct camera *c, const struct sensor *s, uint32_t width, uint32_t height);
 
+/* Half the picture's width at distance 1: the tangent of half the horizontal angle. */
+double camera_half_width(double fov, enum fov_axis axis, double aspect);
+
 /* The ray through (x, y) in pixels from the picture's top left corner; *offset is how far from the
  * pinhole it starts (the near plane). */
 static inline struct ray camera_ray(const struct camera *c, float x, float y, float *offset)

@@ -248,21 +248,6 @@ static bool sample_environment(const struct view *v, const struct light *l, floa
     return true;
 }
 
-static bool sample_point(const struct view *v, const struct light *l, struct vec3 reference,
-                         struct light_sample *s)
-{
-    const struct emitter *e = &v->state.emitters[l->emitter];
-    s->p = transform_point(&e->to_world, vec3_splat(0.0f));
-    struct vec3 d = vec3_sub(s->p, reference);
-    float distance2 = vec3_dot(d, d);
-    if (!(distance2 > 0.0f)) return false;
-    s->d = vec3_scale(d, 1.0f / sqrtf(distance2));
-    s->is_delta = true;
-    s->pdf = distance2; /* so that weight / pdf is intensity / distance^2 */
-    s->weight = emitted(v, l->emitter, 0.0f, 0.0f);
-    return true;
-}
-
 bool light_sample(const struct view *v, struct vec3 reference, float u1, float u2,
                   struct light_sample *s)
 {
@@ -272,19 +257,11 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
         return light_table_sample(s, &v->table, k, reference, u1, u2);
     }
     const struct light *l = &v->lights[light_choose(v->n_lights, &u1)];
-    bool is_found = false;
+    s->p = vec3_splat(0.0f);
     s->is_delta = s->is_infinite = false;
-    switch (l->kind) {
-    case EMITTER_AREA:
-        return sample_area(v, l, reference, u1, u2, s);
-    case EMITTER_CONSTANT:
-    case EMITTER_ENVMAP:
-        is_found = sample_environment(v, l, u1, u2, s);
-        break;
-    case EMITTER_POINT:
-        is_found = sample_point(v, l, reference, s);
-        break;
-    }
+    if (l->kind == EMITTER_AREA) return sample_area(v, l, reference, u1, u2, s);
+    bool is_found = emitter_is_environment(l->kind) ? sample_environment(v, l, u1, u2, s)
+                                                    : light_sample_delta(v, l, reference, s);
     if (!is_found || !(s->pdf > 0.0f) || !isfinite(s->pdf)) return false;
     s->pdf /= (float)v->n_lights;
     s->weight = vec3_scale(s->weight, 1.0f / s->pdf);

@@ -15,8 +15,8 @@ struct light_sample {
     struct vec3 p;      /* the point on it, unless is_infinite */
     struct vec3 weight; /* radiance / density (point lights: intensity / distance^2 / choice) */
     float pdf;
-    bool is_delta;    /* point light: no other strategy can find it */
-    bool is_infinite; /* environment */
+    bool is_delta;    /* from one direction only: no other strategy can find it */
+    bool is_infinite; /* environment, directional */
 };
 
 /* False when there is nothing to add (no lights, seen from behind, ...). */
@@ -87,6 +87,12 @@ float light_surface_pdf(const struct view *v, struct vec3 reference, const struc
  * choosing d. */
 struct vec3 light_environment_radiance(const struct view *v, const struct light *l, struct vec3 d);
 float light_environment_pdf(const struct view *v, const struct light *l, struct vec3 d);
+
+/* Points, spots, projectors, directional light: light_delta.c. What of the emitter's values is the
+ * same for all samples; then a sample, before the choice of the light counts. */
+void light_init_delta(struct light *l, const struct view *v);
+bool light_sample_delta(const struct view *v, const struct light *l, struct vec3 reference,
+                        struct light_sample *s);
 
 /* Envmaps: light_envmap.c. d is in the map's own space. */
 bool envmap_init(struct world_envmap *e, const struct bitmap *b, const float decode[256]);

@@ -70,6 +70,14 @@ struct vec3 texture_lookup(const struct texture_set *set, const struct texture *
     return vec3_mul(bitmap_eval(set, t, x, y), t->value);
 }
 
+double texture_aspect(const struct texture_set *set, uint32_t index)
+{
+    const struct texture *t = &set->textures[index];
+    if (t->kind != TEXTURE_BITMAP) return 1.0;
+    const struct bitmap *b = &set->bitmaps[t->bitmap];
+    return (double)b->width / (double)b->height;
+}
+
 float texture_mean(const struct texture_set *set, uint32_t index)
 {
     const struct texture *t = &set->textures[index];

@@ -56,6 +56,9 @@ static inline struct vec3 bitmap_texel(const struct bitmap *b, const float decod
     return is_grey ? vec3_splat(p[0]) : vec3(p[0], p[1], p[2]);
 }
 
+/* Width / height of a bitmap, as projectors throw it; 1 for others. */
+double texture_aspect(const struct texture_set *set, uint32_t index);
+
 /* Average over the texture and its channels: a guide for sampling, not exact for large bitmaps. */
 float texture_mean(const struct texture_set *set, uint32_t index);
 

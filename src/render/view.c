@@ -138,7 +138,7 @@ static void refresh_boxes(struct view *v)
     }
 }
 
-/* Shapes first, in order of instances; then points; environments last. */
+/* Shapes first, in order of instances; then points and the like; environments last. */
 static void refresh_lights(struct view *v)
 {
     const struct scene *s = v->world->scene;
@@ -159,8 +159,10 @@ static void refresh_lights(struct view *v)
         if (pass == 1) v->first_environment = v->n_lights;
         for (uint32_t i = 0; i < s->n_emitters; i++) {
             enum emitter_kind kind = v->state.emitters[i].kind;
-            if (kind == EMITTER_AREA || (kind == EMITTER_POINT) != (pass == 0)) continue;
-            v->lights[v->n_lights++] = (struct light){.kind = kind, .emitter = i};
+            if (emitter_is_surface(kind) || emitter_is_environment(kind) != (pass == 1)) continue;
+            struct light *l = &v->lights[v->n_lights++];
+            *l = (struct light){.kind = kind, .emitter = i};
+            if (pass == 0) light_init_delta(l, v);
         }
     }
 }

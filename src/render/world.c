@@ -101,7 +101,7 @@ static lmn_status init_shapes(struct world *w, struct error *err)
     for (uint32_t i = 0; i < s->n_instances; i++)
         w->n_lights_max += w->group_n_lights[s->defaults.instances[i].group];
     for (uint32_t i = 0; i < s->n_emitters; i++)
-        if (s->defaults.emitters[i].kind != EMITTER_AREA) w->n_lights_max++;
+        if (!emitter_is_surface(s->defaults.emitters[i].kind)) w->n_lights_max++;
 done:
     return status;
 }

@@ -62,7 +62,9 @@ struct light {
     enum emitter_kind kind;
     uint32_t emitter; /* into state->emitters */
     uint32_t instance;
-    const struct world_shape *shape; /* EMITTER_AREA */
+    const struct world_shape *shape;        /* EMITTER_AREA */
+    float cos_cutoff, cos_beam, transition; /* SPOT; transition in radians */
+    float tan_x, tan_y; /* SPOT, PROJECTOR: half the picture's width and height at z = 1 */
 };
 
 /*

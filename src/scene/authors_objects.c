@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
+#include <stdio.h>
 
 #include "scene/authors_private.h"
 
@@ -124,10 +125,11 @@ lmn_status authors_declare_emitter(struct declaring *d, uint32_t index)
     struct vec3 now = slot == SCENE_NONE ? vec3_splat(1.0f) : b->textures[slot].texture.value;
     TRY(authors_own_texture(b, &slot, d->err));
     b->emitters[index].emitter.radiance = slot;
-    struct write w = authors_new_write(
-        d, authors_field(b, d->object->id,
-                         e->kind == EMITTER_POINT ? "intensity.value" : "radiance.value",
-                         BUILDER_TEXTURE, slot, offsetof(struct texture, value), PARAM_RGB));
+    char path[24];
+    snprintf(path, sizeof path, "%s.value", emitter_radiance_name(e->kind));
+    struct write w = authors_new_write(d,
+                                       authors_field(b, d->object->id, path, BUILDER_TEXTURE, slot,
+                                                     offsetof(struct texture, value), PARAM_RGB));
     w.kind = BINDING_RGB;
     if (r.n_parameters == 1) {
         struct drive whole;

@@ -333,10 +333,9 @@ lmn_status builder_add_emitter(struct builder *b, const struct builder_object *o
 {
     lmn_status status;
     const char *name;
-    bool is_environment = emitter->kind == EMITTER_CONSTANT || emitter->kind == EMITTER_ENVMAP;
+    bool is_environment = emitter_is_environment(emitter->kind);
     for (size_t i = 0; is_environment && i < b->n_emitters; i++) {
-        enum emitter_kind kind = b->emitters[i].emitter.kind;
-        if (kind == EMITTER_CONSTANT || kind == EMITTER_ENVMAP)
+        if (emitter_is_environment(b->emitters[i].emitter.kind))
             return fail_at(err, object->place,
                            "a scene can have one environment (constant, envmap); another one is at "
                            "line %u",

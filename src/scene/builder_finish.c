@@ -62,7 +62,7 @@ static lmn_status check_shapes(const struct builder *b, struct error *err)
     for (size_t i = 0; i < b->n_shapes; i++) {
         const struct builder_shape *s = &b->shapes[i];
         if (s->emitter == SCENE_NONE) continue;
-        if (b->emitters[s->emitter].emitter.kind != EMITTER_AREA)
+        if (!emitter_is_surface(b->emitters[s->emitter].emitter.kind))
             return fail_at(err, s->object.place, "shape \"%s\": only an area emitter can be on it",
                            s->name);
     }

@@ -178,19 +178,41 @@ static void walk_bsdf(struct walk *w, const char *prefix, uint32_t index, bool i
     }
 }
 
+const char *emitter_radiance_name(enum emitter_kind kind)
+{
+    if (kind == EMITTER_POINT || kind == EMITTER_SPOT) return "intensity";
+    if (kind == EMITTER_DIRECTIONAL || kind == EMITTER_PROJECTOR) return "irradiance";
+    return "radiance";
+}
+
 static void walk_emitter(struct walk *w, const char *prefix, uint32_t index, bool is_alias)
 {
+    static const struct {
+        const char *name;
+        size_t offset;
+        double low, high;
+        enum emitter_kind kind;
+    } numbers[] = {
+        {"cutoff_angle", offsetof(struct emitter, cutoff), 0.01, 179.9, EMITTER_SPOT},
+        {"beam_width", offsetof(struct emitter, beam_width), 0, 179.9, EMITTER_SPOT},
+        {"fov", offsetof(struct emitter, fov), 0.01, 179.9, EMITTER_PROJECTOR},
+    };
     if (!prefix || index >= w->b->n_emitters) return;
     const struct emitter *e = &w->b->emitters[index].emitter;
     if (w->is_emitter_named[index]) is_alias = true;
     w->is_emitter_named[index] = true;
-    if (e->kind != EMITTER_ENVMAP)
-        walk_slot(w, prefix, e->kind == EMITTER_POINT ? "intensity" : "radiance", BUILDER_EMITTER,
-                  index, offsetof(struct emitter, radiance), e->radiance, PARAM_RGB, 0, 1e12,
-                  is_alias);
+    walk_slot(w, prefix, emitter_radiance_name(e->kind), BUILDER_EMITTER, index,
+              offsetof(struct emitter, radiance), e->radiance, PARAM_RGB, 0, 1e12, is_alias);
+    walk_slot(w, prefix, "texture", BUILDER_EMITTER, index, offsetof(struct emitter, picture),
+              e->picture, PARAM_RGB, 0, 1e12, is_alias);
     add_field(w, prefix, "scale", BUILDER_EMITTER, index, offsetof(struct emitter, scale),
               PARAM_FLOAT, 0, 1e12, is_alias);
-    if (e->kind == EMITTER_ENVMAP || e->kind == EMITTER_POINT)
+    for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+        if (numbers[i].kind != e->kind) continue;
+        add_field(w, prefix, numbers[i].name, BUILDER_EMITTER, index, numbers[i].offset,
+                  PARAM_FLOAT, numbers[i].low, numbers[i].high, is_alias);
+    }
+    if (e->kind != EMITTER_CONSTANT && !emitter_is_surface(e->kind))
         add_field(w, prefix, "to_world", BUILDER_EMITTER, index, offsetof(struct emitter, to_world),
                   PARAM_TRANSFORM, 0, 0, is_alias);
 }
@@ -260,9 +282,11 @@ static void walk_objects(struct walk *w)
         walk_part(w, name, "visible", BUILDER_INSTANCE, i, PART_VISIBLE, PARAM_BOOL);
     }
 
-    uint32_t counts[4] = {0}; /* emitters of the scene that have no id, by kind */
+    uint32_t counts[EMITTER_KINDS] = {0}; /* emitters of the scene that have no id, by kind */
     for (uint32_t i = 0; i < b->n_emitters; i++) {
-        static const char *const names[4] = {"area", "constant", "envmap", "point"};
+        static const char *const names[EMITTER_KINDS] = {
+            "area", "constant",    "envmap",    "point",
+            "spot", "directional", "projector", "directionalarea"};
         if (w->is_emitter_named[i]) continue;
         enum emitter_kind kind = b->emitters[i].emitter.kind;
         const char *name;

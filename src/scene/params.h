@@ -55,6 +55,9 @@ void target_lower(const struct target *t, const struct builder *b, struct param 
 /* Fills scene->params: everything but aliases, with texts of scene->defaults. */
 lmn_status params_resolve(const struct builder *b, struct scene *s, struct error *err);
 
+/* What paths call emitter->radiance: "radiance", "intensity", "irradiance". */
+const char *emitter_radiance_name(enum emitter_kind kind);
+
 /* "float", "rgb", "transform", "texture", "bsdf", "bool" */
 const char *param_type_name(enum param_type type);
 

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
 #include <string.h>
 
 #include "scene/reader_mitsuba_private.h"
@@ -35,19 +36,83 @@ done:
     return status;
 }
 
+/* `to_world`, or `name` (a point or a direction) instead of it. */
+static lmn_status read_placement(struct props *p, const char *name, struct emitter *e, bool *is_xyz,
+                                 struct vec3 *xyz)
+{
+    lmn_status status = LMN_OK;
+    TRY(props_transform(p, "to_world", &e->to_world));
+    *is_xyz = props_has(p, name);
+    if (!*is_xyz) goto done;
+    if (props_has(p, "to_world"))
+        return fail_node(p->r, p->node, "either \"%s\" or \"to_world\"", name);
+    TRY(props_point(p, name, xyz));
+done:
+    return status;
+}
+
 static lmn_status read_point(struct props *p, struct emitter *e)
 {
     lmn_status status = LMN_OK;
     struct vec3 position;
+    bool is_given;
     e->kind = EMITTER_POINT;
-    TRY(props_transform(p, "to_world", &e->to_world));
-    if (props_has(p, "position")) {
-        if (props_has(p, "to_world"))
-            return fail_node(p->r, p->node, "either \"position\" or \"to_world\"");
-        TRY(props_point(p, "position", &position));
-        e->to_world = transform_translate(position);
-    }
+    TRY(read_placement(p, "position", e, &is_given, &position));
+    if (is_given) e->to_world = transform_translate(position);
     TRY(props_radiance(p, "intensity", &e->radiance));
+done:
+    return status;
+}
+
+static lmn_status read_spot(struct props *p, struct emitter *e)
+{
+    lmn_status status = LMN_OK;
+    e->kind = EMITTER_SPOT;
+    e->cutoff = 20.0f;
+    TRY(props_transform(p, "to_world", &e->to_world));
+    TRY(props_radiance(p, "intensity", &e->radiance));
+    TRY(props_positive(p, "cutoff_angle", &e->cutoff));
+    e->beam_width = 0.75f * e->cutoff;
+    TRY(props_float(p, "beam_width", &e->beam_width));
+    if (e->cutoff >= 180.0f)
+        return fail_node(p->r, p->node, "\"cutoff_angle\" must be below 180 degrees");
+    if (!(e->beam_width >= 0.0f && e->beam_width <= e->cutoff))
+        return fail_node(p->r, p->node, "\"beam_width\" must be between 0 and \"cutoff_angle\"");
+    if (!props_has(p, "texture")) goto done;
+    if (e->cutoff >= 90.0f)
+        return fail_node(p->r, p->node, "a \"texture\" needs a \"cutoff_angle\" below 90 degrees");
+    TRY(props_texture(p, "texture", NULL, &e->picture));
+done:
+    return status;
+}
+
+static lmn_status read_directional(struct props *p, struct emitter *e)
+{
+    lmn_status status = LMN_OK;
+    struct vec3 d;
+    bool is_given;
+    e->kind = EMITTER_DIRECTIONAL;
+    TRY(read_placement(p, "direction", e, &is_given, &d));
+    if (is_given) {
+        float length = vec3_length(d);
+        if (!(length > 0.0f) || !isfinite(length))
+            return fail_node(p->r, p->node, "\"direction\" has no length");
+        d = vec3_scale(d, 1.0f / length);
+        e->to_world = transform_look_at(vec3(0, 0, 0), d, frame_from_normal(d).s);
+    }
+    TRY(props_radiance(p, "irradiance", &e->radiance));
+done:
+    return status;
+}
+
+static lmn_status read_projector(struct props *p, struct emitter *e)
+{
+    lmn_status status = LMN_OK;
+    e->kind = EMITTER_PROJECTOR;
+    TRY(props_transform(p, "to_world", &e->to_world));
+    TRY(props_float(p, "scale", &e->scale));
+    TRY(read_fov(p, &e->fov, &e->fov_axis));
+    TRY(props_radiance(p, "irradiance", &e->radiance));
 done:
     return status;
 }
@@ -60,10 +125,10 @@ static const struct {
     {"constant", read_constant},
     {"envmap", read_envmap},
     {"point", read_point},
-    {"spot", NULL},
-    {"directional", NULL},
+    {"spot", read_spot},
+    {"directional", read_directional},
     {"directionalarea", NULL},
-    {"projector", NULL},
+    {"projector", read_projector},
     {"sun", NULL},
     {"sky", NULL},
     {"sunsky", NULL},
@@ -80,6 +145,7 @@ lmn_status load_emitter(struct reader *r, struct xml_node *node, uint32_t *index
     struct emitter e = {.radiance = SCENE_NONE,
                         .scale = 1.0f,
                         .bitmap = SCENE_NONE,
+                        .picture = SCENE_NONE,
                         .to_world = transform_identity()};
     const char *names[N_PLUGINS];
     emitter_fn *read = NULL;
@@ -93,7 +159,8 @@ lmn_status load_emitter(struct reader *r, struct xml_node *node, uint32_t *index
     TRY(read(&p, &e));
     props_ignore(&p, "sampling_weight");
     TRY(props_finish(&p, &object));
-    if (e.kind != EMITTER_AREA && e.radiance != SCENE_NONE &&
+    bool has_place = emitter_is_surface(e.kind) || e.kind == EMITTER_PROJECTOR;
+    if (!has_place && e.radiance != SCENE_NONE &&
         r->b->textures[e.radiance].texture.kind != TEXTURE_CONSTANT)
         return fail_node(r, node, "<emitter type=\"%s\">: it takes a colour, not a texture",
                          p.type);

@@ -126,9 +126,7 @@ static bool is_rigid(const struct transform *t)
     return true;
 }
 
-/* The field of view: `fov` along `fov_axis`, or the focal length of a 35 mm camera ("50mm"), which
- * goes with the diagonal of its 36 x 24 mm film. */
-static lmn_status read_fov(struct props *p, struct sensor *s)
+lmn_status read_fov(struct props *p, float *fov, enum fov_axis *fov_axis)
 {
     static const char *const axes[] = {"x", "y", "diagonal", "smaller", "larger"};
     lmn_status status = LMN_OK;
@@ -136,10 +134,10 @@ static lmn_status read_fov(struct props *p, struct sensor *s)
     if (props_has(p, "fov")) {
         if (props_has(p, "focal_length"))
             return fail_node(p->r, p->node, "either \"fov\" or \"focal_length\"");
-        TRY(props_positive(p, "fov", &s->fov));
+        TRY(props_positive(p, "fov", fov));
         TRY(props_choice(p, "fov_axis", axes, 5, &axis));
-        if (s->fov >= 180.0f) return fail_node(p->r, p->node, "\"fov\" must be below 180 degrees");
-        s->fov_axis = (enum fov_axis)axis;
+        if (*fov >= 180.0f) return fail_node(p->r, p->node, "\"fov\" must be below 180 degrees");
+        *fov_axis = (enum fov_axis)axis;
     } else {
         const char *text = "50mm";
         TRY(props_string(p, "focal_length", &text));
@@ -150,9 +148,9 @@ static lmn_status read_fov(struct props *p, struct sensor *s)
         snprintf(number, sizeof number, "%.*s", n < sizeof number ? (int)n : 0, text);
         if (!str_to_double(number, &mm) || !(mm > 0.0))
             return fail_node(p->r, p->node, "focal_length \"%.40s\" is not like \"50mm\"", text);
-        s->fov = (float)(2.0 * atan(sqrt(36.0 * 36.0 + 24.0 * 24.0) / (2.0 * mm)) * 180.0 /
-                         3.14159265358979323846);
-        s->fov_axis = FOV_DIAGONAL;
+        *fov = (float)(2.0 * atan(sqrt(36.0 * 36.0 + 24.0 * 24.0) / (2.0 * mm)) * 180.0 /
+                       3.14159265358979323846);
+        *fov_axis = FOV_DIAGONAL;
     }
 done:
     return status;
@@ -180,7 +178,7 @@ lmn_status load_sensor(struct reader *r, struct xml_node *node)
     TRY(props_transform(&p, "to_world", &s.to_world));
     if (!is_rigid(&s.to_world))
         return fail_node(r, node, "the sensor's to_world must not scale or shear");
-    TRY(read_fov(&p, &s));
+    TRY(read_fov(&p, &s.fov, &s.fov_axis));
     TRY(props_positive(&p, "near_clip", &s.near_clip));
     TRY(props_positive(&p, "far_clip", &s.far_clip));
     if (!(s.near_clip < s.far_clip))

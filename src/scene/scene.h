@@ -107,15 +107,45 @@ struct bsdf {
     uint32_t child[2];               /* into state->bsdfs */
 };
 
-enum emitter_kind { EMITTER_AREA, EMITTER_CONSTANT, EMITTER_ENVMAP, EMITTER_POINT };
+enum fov_axis { FOV_X, FOV_Y, FOV_DIAGONAL, FOV_SMALLER, FOV_LARGER };
+
+enum emitter_kind {
+    EMITTER_AREA,
+    EMITTER_CONSTANT,
+    EMITTER_ENVMAP,
+    EMITTER_POINT,
+    EMITTER_SPOT,             /* at the origin, towards +z */
+    EMITTER_DIRECTIONAL,      /* from infinity, towards +z */
+    EMITTER_PROJECTOR,        /* a pinhole as the sensor's, that throws a picture */
+    EMITTER_DIRECTIONAL_AREA, /* a surface that shines along its normals only */
+    EMITTER_KINDS
+};
 
 struct emitter {
     enum emitter_kind kind;
-    uint32_t radiance;         /* AREA, CONSTANT: texture; POINT: intensity texture (constant) */
-    float scale;               /* factor on it; ENVMAP: on the bitmap */
-    uint32_t bitmap;           /* ENVMAP: latitude-longitude image, into scene->bitmaps */
-    struct transform to_world; /* ENVMAP: rotation; POINT: its origin is the position */
+    uint32_t radiance; /* texture; POINT, SPOT: intensity. DIRECTIONAL: irradiance of what faces it.
+                          PROJECTOR: the picture, irradiance at distance 1. DIRECTIONAL_AREA: power
+                          per area */
+    float scale;       /* factor on it; ENVMAP: on the bitmap */
+    uint32_t bitmap;   /* ENVMAP: latitude-longitude image, into scene->bitmaps */
+    struct transform to_world; /* all but AREA, DIRECTIONAL_AREA */
+    uint32_t picture;          /* SPOT: texture, a factor over the cone; or SCENE_NONE */
+    float cutoff, beam_width;  /* SPOT: degrees off the axis. Dark beyond, full within */
+    float fov;                 /* PROJECTOR: degrees along fov_axis */
+    enum fov_axis fov_axis;
 };
+
+/* Around the whole scene, where rays end that hit nothing. */
+static inline bool emitter_is_environment(enum emitter_kind kind)
+{
+    return kind == EMITTER_CONSTANT || kind == EMITTER_ENVMAP;
+}
+
+/* Belongs to a shape. */
+static inline bool emitter_is_surface(enum emitter_kind kind)
+{
+    return kind == EMITTER_AREA || kind == EMITTER_DIRECTIONAL_AREA;
+}
 
 /* An instance places a group. Instance 0 is the group of everything that stays, at identity. */
 struct instance {
@@ -123,8 +153,6 @@ struct instance {
     struct transform to_world;
     bool is_visible;
 };
-
-enum fov_axis { FOV_X, FOV_Y, FOV_DIAGONAL, FOV_SMALLER, FOV_LARGER };
 
 /* A pinhole as Mitsuba's `perspective`: camera space looks along +z, +x is left, +y up. */
 struct sensor {

@@ -105,6 +105,7 @@ uint32_t made_emitter(struct made_scene *m, enum emitter_kind kind, struct vec3 
     m->emitters[m->scene.n_emitters] = (struct emitter){.kind = kind,
                                                         .radiance = made_texture(m, radiance),
                                                         .scale = 1.0f,
+                                                        .picture = SCENE_NONE,
                                                         .to_world = transform_identity()};
     return m->scene.n_emitters++;
 }

@@ -521,6 +521,75 @@ static void environments_send_what_they_should(void **state)
     finish("rows", m, nowhere, 0.5 * 2 * pi * (1 - 2 / pi) * (4 + 1));
 }
 
+/* Red light of lights that send it from one direction: what they should, or nothing. */
+static void check_delta(const char *name, struct made_scene *m, double expected)
+{
+    m->textures[m->emitters[0].radiance].value = vec3(2, 1, 0.5f);
+    m->emitters[0].scale = 1.5f;
+    finish(name, m, vec3(0, 0, 1), 3 * expected);
+}
+
+/* A light at (0, 3, 4) from the reference point that looks back at it, turned off by `degrees`. */
+static struct made_scene *start_delta(enum emitter_kind kind, float degrees)
+{
+    struct made_scene *m = start(transform_identity());
+    uint32_t e = made_emitter(m, kind, vec3_splat(1));
+    struct transform turn = transform_rotate(vec3(0, 1, 0), degrees);
+    struct transform look = transform_look_at(vec3_add(reference, vec3(0, 3, 4)), reference,
+                                              vec3(1, 0, 0));
+    m->emitters[e].to_world = transform_mul(&look, &turn);
+    m->emitters[e].cutoff = 30;
+    m->emitters[e].beam_width = 10;
+    m->emitters[e].fov = 60;
+    return m;
+}
+
+static void single_directions_send_what_they_should(void **state)
+{
+    (void)state;
+    /* Spots: intensity / distance^2 times the cosine, falling evenly from 10 to 30 degrees. */
+    check_delta("spot", start_delta(EMITTER_SPOT, 9.9f), 0.8 / 25);
+    check_delta("spot's rim", start_delta(EMITTER_SPOT, 25), 0.8 / 25 * 0.25);
+    check_delta("beyond a spot", start_delta(EMITTER_SPOT, 30.1f), 0);
+    struct made_scene *m = start_delta(EMITTER_SPOT, 10);
+    m->emitters[0].beam_width = 40; /* variables can do that */
+    m->emitters[0].cutoff = 10.1f;
+    check_delta("sharp spot", m, 0.8 / 25);
+
+    /* A picture of two colours on the cone: one half of it is left of the axis. */
+    for (int side = -1; side <= 1; side += 2) {
+        m = start_delta(EMITTER_SPOT, (float)side * 5);
+        uint32_t t = made_texture(m, vec3_splat(1));
+        m->textures[t] = (struct texture){.kind = TEXTURE_CHECKERBOARD,
+                                          .value = vec3_splat(1),
+                                          .color0 = vec3_splat(0.25f),
+                                          .color1 = vec3_splat(0.75f),
+                                          .to_uv = {{1, 0, 0}, {0, 0, 0.25f}}};
+        m->emitters[0].picture = t;
+        /* Turned by +5 degrees about y, the light has the point at its -x. */
+        check_delta("picture of a spot", m, 0.8 / 25 * (side > 0 ? 0.25 : 0.75));
+    }
+
+    /* From infinity: irradiance times the cosine, whatever the scale of to_world. */
+    m = start(transform_identity());
+    made_emitter(m, EMITTER_DIRECTIONAL, vec3_splat(1));
+    struct transform turn = transform_rotate(vec3(0, 1, 0), 180 - 60),
+                     scale = transform_scale(vec3_splat(7));
+    m->emitters[0].to_world = transform_mul(&turn, &scale);
+    check_delta("directional", m, 0.5);
+    m = start(transform_identity());
+    made_emitter(m, EMITTER_DIRECTIONAL, vec3_splat(1));
+    check_delta("directional from below", m, 0);
+
+    /* A projector of 60 degrees: pi E / z^2 / cos on what faces its rays, within its picture. */
+    check_delta("projector", start_delta(EMITTER_PROJECTOR, 0), pi * 0.8 / 25);
+    double cosine = cos(25 * pi / 180);
+    check_delta("aside in a projector", start_delta(EMITTER_PROJECTOR, 25),
+                pi * 0.8 / 25 / (cosine * cosine * cosine));
+    check_delta("beyond a projector", start_delta(EMITTER_PROJECTOR, 30.1f), 0);
+    check_delta("behind a projector", start_delta(EMITTER_PROJECTOR, 180), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -528,6 +597,7 @@ int main(void)
         cmocka_unit_test(samples_agree_with_functions),
         cmocka_unit_test(surfaces_send_what_they_should),
         cmocka_unit_test(environments_send_what_they_should),
+        cmocka_unit_test(single_directions_send_what_they_should),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -289,6 +289,44 @@ static void emitters(void **state)
     scene_free(s);
 }
 
+static void spots_and_the_like(void **state)
+{
+    (void)state;
+    write_pfm("a picture.pfm");
+    struct scene *s = text_scene(
+        TEXT_SENSOR "<emitter type='spot'><float name='cutoff_angle' value='40'/>"
+                    "<texture type='checkerboard' name='texture'/></emitter>"
+                    "<emitter type='directional'><vector name='direction' value='0 -2 0'/>"
+                    "<rgb name='irradiance' value='1 2 3'/></emitter>"
+                    "<emitter type='projector'><float name='fov' value='30'/>"
+                    "<string name='fov_axis' value='y'/><texture type='bitmap' name='irradiance'>"
+                    "<string name='filename' value='a picture.pfm'/></texture></emitter>");
+    const struct emitter *e = s->defaults.emitters;
+    assert_int_equal(e[0].kind, EMITTER_SPOT);
+    assert_close(e[0].cutoff, 40);
+    assert_close(e[0].beam_width, 30);
+    assert_int_equal(s->defaults.textures[e[0].picture].kind, TEXTURE_CHECKERBOARD);
+    assert_vec3(value_of(s, e[0].radiance), 1, 1, 1);
+    assert_int_equal(e[1].kind, EMITTER_DIRECTIONAL);
+    assert_vec3(transform_vector(&e[1].to_world, vec3(0, 0, 1)), 0, -1, 0);
+    assert_vec3(value_of(s, e[1].radiance), 1, 2, 3);
+    assert_int_equal(e[2].kind, EMITTER_PROJECTOR);
+    assert_int_equal(e[2].fov_axis, FOV_Y);
+    assert_int_equal(s->defaults.textures[e[2].radiance].kind, TEXTURE_BITMAP);
+    static const char *const paths[] = {"spot.intensity.value", "spot.texture.value",
+                                        "spot.cutoff_angle",    "spot.beam_width",
+                                        "spot.to_world",        "directional.irradiance.value",
+                                        "projector.fov",        "projector.scale",
+                                        "directional.to_world", "projector.irradiance.value"};
+    for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
+        bool is_there = false;
+        for (uint32_t k = 0; k < s->n_params; k++)
+            is_there |= strcmp(s->params[k].path, paths[i]) == 0;
+        if (!is_there) fail_msg("no %s", paths[i]);
+    }
+    scene_free(s);
+}
+
 /* ---- Shapes -------------------------------------------------------------------------------- */
 
 static void spheres_and_disks(void **state)
@@ -511,6 +549,7 @@ int main(void)
         cmocka_unit_test(textures),
         cmocka_unit_test(bitmaps),
         cmocka_unit_test(emitters),
+        cmocka_unit_test(spots_and_the_like),
         cmocka_unit_test(spheres_and_disks),
         cmocka_unit_test(groups_and_instances),
         cmocka_unit_test(settings),

@@ -150,7 +150,7 @@ static const struct bad cases[] = {
      ":2:59: unknown wrap_mode \"clmp\"; did you mean \"clamp\"?"},
 
     /* emitters */
-    {"<emitter type='spot'/>", ":2:1: <emitter type=\"spot\"> is not supported yet"},
+    {"<emitter type='collimated'/>", ":2:1: <emitter type=\"collimated\"> is not supported yet"},
     {"<emitter type='aria'/>", ":2:1: unknown emitter \"aria\"; did you mean \"area\"?"},
     {"<emitter type='envmap'/>", ":2:1: envmap needs a \"filename\""},
     {"<emitter type='area'><transform name='to_world'/></emitter>",

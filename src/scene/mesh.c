@@ -27,6 +27,23 @@ lmn_status mesh_alloc(struct arena *arena, size_t n_vertices, size_t n_triangles
     return LMN_OK;
 }
 
+struct mesh_attribute *mesh_add_attribute(struct arena *arena, struct mesh *m, const char *name,
+                                          uint32_t n_channels, bool is_of_faces)
+{
+    size_t n = is_of_faces ? m->n_triangles : m->n_vertices;
+    /* Few: a new list each time. */
+    struct mesh_attribute *list = arena_new(arena, (size_t)m->n_attributes + 1, sizeof *list);
+    struct mesh_attribute a = {.name = arena_strdup(arena, name),
+                               .values = alloc_floats(arena, n, n_channels),
+                               .n_channels = n_channels,
+                               .is_of_faces = is_of_faces};
+    if (!list || !a.name || !a.values) return NULL;
+    if (m->n_attributes) memcpy(list, m->attributes, m->n_attributes * sizeof *list);
+    list[m->n_attributes] = a;
+    m->attributes = list;
+    return &list[m->n_attributes++];
+}
+
 static struct vec3 load3(const float *a, size_t i)
 {
     return vec3(a[3 * i], a[3 * i + 1], a[3 * i + 2]);

@@ -13,6 +13,7 @@ struct mesh_options {
     struct transform to_world;
     bool has_face_normals; /* drop vertex normals */
     bool has_flipped_v;    /* v becomes 1 - v */
+    uint32_t shape_index;  /* serialized: which one of the file */
 };
 
 lmn_status mesh_alloc(struct arena *arena, size_t n_vertices, size_t n_triangles, bool has_normals,
@@ -46,5 +47,15 @@ lmn_status obj_load(const char *path, const char *text, size_t size,
 lmn_status ply_load(const char *path, const char *text, size_t size,
                     const struct mesh_options *options, struct arena *arena, struct mesh *out,
                     struct error *err);
+
+/* Adds room for an attribute, zeroed; NULL when memory is short. `name` is copied. */
+struct mesh_attribute *mesh_add_attribute(struct arena *arena, struct mesh *m, const char *name,
+                                          uint32_t n_channels, bool is_of_faces);
+
+/* Mitsuba's own format, versions 3 and 4: meshes compressed one by one, and where they begin at the
+ * end of the file. Vertex colours become the attribute "vertex_color". */
+lmn_status serialized_load(const char *path, const char *text, size_t size,
+                           const struct mesh_options *options, struct arena *arena,
+                           struct mesh *out, struct error *err);
 
 #endif

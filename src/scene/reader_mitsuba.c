@@ -118,6 +118,7 @@ lmn_status reader_mitsuba_read(struct builder *b, const struct scene_load_option
     tell_ignored(&r);
 done:
     str_release(&r.ignored);
+    mem_free(r.mesh_text);
     mem_free(r.defines);
     mem_free(r.folders);
     mem_free(r.ids);

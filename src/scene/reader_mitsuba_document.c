@@ -293,9 +293,6 @@ static lmn_status snake_case(struct reader *r, const char **name)
 static const char *const old_names[][3] = {
     {"diffuse", "diffuse_reflectance", "reflectance"},
     {"roughdiffuse", "diffuse_reflectance", "reflectance"},
-    {"serialized", "shape_index", "shape_index"},
-    {"mask", "mask", "opacity"},
-    {"hdrfilm", "film_type", "pixel_format"},
 };
 
 static lmn_status expand_attributes(struct reader *r, struct xml_node *node,

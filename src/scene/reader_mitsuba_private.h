@@ -90,6 +90,11 @@ struct reader {
     struct id_entry *ids; /* hash table with open addressing */
     size_t n_ids, cap_ids;
 
+    /* The mesh file read last: one file can hold many shapes. */
+    const char *mesh_path;
+    char *mesh_text;
+    size_t mesh_size;
+
     struct str ignored; /* "name (line n), ..." */
     uint32_t n_ignored;
     uint32_t n_includes;

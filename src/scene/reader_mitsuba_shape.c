@@ -38,42 +38,64 @@ typedef lmn_status mesh_load_fn(const char *path, const char *text, size_t size,
 
 enum { MAX_MESH_FILE = 1 << 30 };
 
+/* The bytes of a mesh file, which stay the reader's. */
+static lmn_status read_bytes(struct reader *r, const char *path)
+{
+    lmn_status status = LMN_OK;
+    if (r->mesh_text && strcmp(path, r->mesh_path) == 0) return LMN_OK;
+    mem_free(r->mesh_text);
+    r->mesh_text = NULL;
+    TRY(file_read(path, MAX_MESH_FILE, &r->mesh_text, &r->mesh_size, r->err));
+    r->mesh_path = path;
+    builder_hash(r->b, r->mesh_text, r->mesh_size);
+done:
+    return status;
+}
+
 static lmn_status read_mesh_file(struct props *p, struct builder_shape *s, const char **stem,
-                                 bool has_flipped_v, mesh_load_fn *load)
+                                 struct mesh_options options, mesh_load_fn *load)
 {
     lmn_status status = LMN_OK;
     struct reader *r = p->r;
-    struct mesh_options options = {.to_world = s->to_world, .has_flipped_v = has_flipped_v};
     const char *name = NULL, *path;
-    char *text = NULL;
-    size_t size;
     struct mesh m;
+    options.to_world = s->to_world;
     TRY(props_string(p, "filename", &name));
-    if (!name) {
-        status = fail_node(r, p->node, "%s needs a \"filename\"", p->type);
-        goto done;
-    }
+    if (!name) return fail_node(r, p->node, "%s needs a \"filename\"", p->type);
     TRY(props_boolean(p, "face_normals", &options.has_face_normals));
     TRY(props_boolean(p, "flip_tex_coords", &options.has_flipped_v));
+    if (p->node->is_legacy) {
+        static const char *const ignored[] = {"max_smooth_angle", "collapse", "load_materials",
+                                              "srgb"};
+        for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) props_ignore(p, ignored[i]);
+    }
     TRY(find_file(r, p->node, name, &path));
-    TRY(file_read(path, MAX_MESH_FILE, &text, &size, r->err));
-    builder_hash(r->b, text, size);
-    TRY(load(path, text, size, &options, r->b->arena, &m, r->err));
+    TRY(read_bytes(r, path));
+    TRY(load(path, r->mesh_text, r->mesh_size, &options, r->b->arena, &m, r->err));
     TRY(stem_of(r, path, stem));
     TRY(add_mesh(p, &m, s));
 done:
-    mem_free(text);
     return status;
 }
 
 static lmn_status read_obj(struct props *p, struct builder_shape *s, const char **stem)
 {
-    return read_mesh_file(p, s, stem, true, obj_load);
+    return read_mesh_file(p, s, stem, (struct mesh_options){.has_flipped_v = true}, obj_load);
 }
 
 static lmn_status read_ply(struct props *p, struct builder_shape *s, const char **stem)
 {
-    return read_mesh_file(p, s, stem, false, ply_load);
+    return read_mesh_file(p, s, stem, (struct mesh_options){0}, ply_load);
+}
+
+static lmn_status read_serialized(struct props *p, struct builder_shape *s, const char **stem)
+{
+    int32_t index = 0;
+    lmn_status status = props_integer(p, "shape_index", 0, INT32_MAX, &index);
+    if (status != LMN_OK) return status;
+    builder_hash(p->r->b, &index, sizeof index);
+    struct mesh_options options = {.shape_index = (uint32_t)index};
+    return read_mesh_file(p, s, stem, options, serialized_load);
 }
 
 static lmn_status read_rectangle(struct props *p, struct builder_shape *s, const char **stem)
@@ -190,12 +212,23 @@ static const struct {
     const char *type;
     shape_fn *read; /* NULL: known, not supported yet */
 } plugins[] = {
-    {"obj", read_obj},           {"ply", read_ply},        {"rectangle", read_rectangle},
-    {"cube", read_cube},         {"sphere", read_sphere},  {"disk", read_disk},
-    {"cylinder", read_cylinder}, {"serialized", NULL},     {"hair", NULL},
-    {"bsplinecurve", NULL},      {"linearcurve", NULL},    {"sdfgrid", NULL},
-    {"ellipsoids", NULL},        {"ellipsoidsmesh", NULL}, {"blender", NULL},
-    {"heightfield", NULL},       {"merge", NULL},
+    {"obj", read_obj},
+    {"ply", read_ply},
+    {"rectangle", read_rectangle},
+    {"cube", read_cube},
+    {"sphere", read_sphere},
+    {"disk", read_disk},
+    {"cylinder", read_cylinder},
+    {"serialized", read_serialized},
+    {"hair", NULL},
+    {"bsplinecurve", NULL},
+    {"linearcurve", NULL},
+    {"sdfgrid", NULL},
+    {"ellipsoids", NULL},
+    {"ellipsoidsmesh", NULL},
+    {"blender", NULL},
+    {"heightfield", NULL},
+    {"merge", NULL},
 };
 enum { N_PLUGINS = sizeof plugins / sizeof *plugins };
 

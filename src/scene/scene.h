@@ -24,6 +24,14 @@ enum { SCENE_NONE = 0x7FFFFFFF }; /* no such index */
 
 /* ---- Never changes ------------------------------------------------------------------------ */
 
+/* Numbers on a mesh by name ("vertex_color"), for the texture `mesh_attribute`. */
+struct mesh_attribute {
+    const char *name;
+    float *values;       /* [n_vertices or n_triangles][n_channels] */
+    uint32_t n_channels; /* 1 or 3 */
+    bool is_of_faces;    /* one value for each triangle, else for each vertex */
+};
+
 /* Triangles in the space of the group they belong to. Arrays are padded by 16 bytes for Embree. */
 struct mesh {
     float *positions;  /* [n_vertices][3] */
@@ -31,6 +39,8 @@ struct mesh {
     float *uvs;        /* [n_vertices][2], or NULL: barycentric coordinates, as Mitsuba */
     uint32_t *indices; /* [n_triangles][3] */
     uint32_t n_vertices, n_triangles;
+    struct mesh_attribute *attributes;
+    uint32_t n_attributes;
 };
 
 enum shape_kind {

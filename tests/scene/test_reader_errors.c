@@ -166,8 +166,8 @@ static const struct bad cases[] = {
 
     /* shapes */
     {"<shape type='spher'/>", ":2:1: unknown shape \"spher\"; did you mean \"sphere\"?"},
-    {"<shape type='cylinder'/>", ":2:1: <shape type=\"cylinder\"> is not supported yet"},
-    {"<shape type='serialized'/>", ":2:1: <shape type=\"serialized\"> is not supported yet"},
+    {"<shape type='heightfield'/>", ":2:1: <shape type=\"heightfield\"> is not supported yet"},
+    {"<shape type='serialized'/>", ":2:1: serialized needs a \"filename\""},
     {"<shape type='obj'/>", ":2:1: obj needs a \"filename\""},
     {"<shape type='obj'><string name='filename' value='no.obj'/></shape>",
      ":2:1: no file \"no.obj\""},

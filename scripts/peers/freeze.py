@@ -254,7 +254,9 @@ def clean(root, folder):
     for film in root.iter("film"):
         film.set("type", "hdrfilm")
         for node in list(film):
-            if node.get("name") not in ("width", "height") and node.tag != "rfilter":
+            name = node.get("name") or ""
+            if (name not in ("width", "height") and not name.startswith("crop_")
+                    and node.tag != "rfilter"):
                 film.remove(node)
 
 

@@ -36,13 +36,19 @@ def use(variant):
 
 
 def with_film_size(text, size):
+    """A picture of that size: of the whole film, or of the part that the scene crops."""
     root = ElementTree.fromstring(text)
     for film in root.iter("film"):
-        for name, value in zip(("width", "height"), size):
-            node = freeze.child(film, name)
-            if node is None:
-                node = ElementTree.SubElement(film, "integer", name=name)
-            node.set("value", str(value))
+        for side, axis, value in zip(("width", "height"), "xy", size):
+            crop = freeze.child(film, f"crop_{side}")
+            names = (side, f"crop_{side}", f"crop_offset_{axis}") if crop is not None else (side,)
+            whole = int(crop.get("value")) if crop is not None else 0
+            for name in names:
+                node = freeze.child(film, name)
+                if node is None:
+                    node = ElementTree.SubElement(film, "integer", name=name, value="0")
+                scaled = int(node.get("value")) * value // whole if whole else value
+                node.set("value", str(scaled))
     return ElementTree.tostring(root, encoding="unicode")
 
 
@@ -71,7 +77,7 @@ def bounds(mi, text):
 
 def render(mi, scene, integrator, spp, seed):
     """[height, width, 3] radiance; passes get seeds of their own."""
-    width, height = (int(x) for x in scene.sensors()[0].film().size())
+    width, height = (int(x) for x in scene.sensors()[0].film().crop_size())
     per_pass = max(1, min(spp, MAX_PATHS // (width * height)))
     total, done, n = np.zeros((height, width, 3)), 0, 0
     while done < spp:
@@ -90,7 +96,7 @@ def measure(mi, scene, integrator, spp, runs):
         np.array(mi.render(scene, integrator=integrator, spp=spp, seed=run))
         seconds.append(time.perf_counter() - start)
     median = statistics.median(seconds[1:])
-    width, height = (int(x) for x in scene.sensors()[0].film().size())
+    width, height = (int(x) for x in scene.sensors()[0].film().crop_size())
     return {"variant": mi.variant(), "width": width, "height": height, "spp": spp, "runs": runs,
             "first_s": seconds[0], "median_s": median, "min_s": min(seconds[1:]),
             "paths_per_s": width * height * spp / median}

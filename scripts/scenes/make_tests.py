@@ -514,6 +514,7 @@ def scenes():
     for name, entry in plain.items():
         what, body, depth, rfilter = (*entry, 6, TENT)[:4] if len(entry) == 2 else entry
         yield name, HEAD.format(what=what, depth=depth, rfilter=rfilter) + body + "</scene>\n"
+    yield from tests_lights.sensor_scenes(sys.modules[__name__])
 
 
 # ---- Pictures ----------------------------------------------------------------------------------

@@ -77,6 +77,50 @@ def glowing(kind, where, texture, extra=""):
 """
 
 
+SENSORS = {
+    "thinlens": ("A camera with a lens, out of focus behind and before", "thinlens", """
+        <float name="fov" value="32"/>
+        <float name="aperture_radius" value="0.15"/>
+        <float name="focus_distance" value="3.8"/>""", "", ""),
+    "orthographic": ("A camera without perspective", "orthographic", "",
+                     """
+            <scale x="1.6" y="1.3"/>""", ""),
+    "principal_point": ("A camera that looks aside, and mirrored", "perspective", """
+        <float name="fov" value="30"/>
+        <string name="fov_axis" value="larger"/>
+        <float name="principal_point_offset_x" value="0.15"/>
+        <float name="principal_point_offset_y" value="-0.1"/>""", """
+            <scale x="-1"/>""", ""),
+    "near_far": ("Near and far planes that cut, by focal length", "perspective", """
+        <string name="focal_length" value="70mm"/>
+        <float name="near_clip" value="4.1"/>
+        <float name="far_clip" value="4.9"/>""", "", ""),
+    "crop": ("A part of the film", "perspective", """
+        <float name="fov" value="50"/>""", "", """
+            <integer name="crop_offset_x" value="40"/>
+            <integer name="crop_offset_y" value="56"/>
+            <integer name="crop_width" value="64"/>
+            <integer name="crop_height" value="64"/>"""),
+}
+
+
+def with_sensor(head, kind, values, scale, film):
+    """The common head of test scenes with another sensor."""
+    head = head.replace('<sensor type="perspective">\n        <float name="fov" value="32"/>',
+                        f'<sensor type="{kind}">{values}'.rstrip())
+    head = head.replace('<transform name="to_world">', f'<transform name="to_world">{scale}', 1)
+    return head.replace('<film type="hdrfilm">', f'<film type="hdrfilm">{film}')
+
+
+def sensor_scenes(m):
+    """name -> the whole document"""
+    grid = m.material("diffuse", m.CHECKER.format(name="reflectance", a="0.8, 0.6, 0.2",
+                                                  b="0.1, 0.2, 0.5", x=8, y=6))
+    for name, (what, *sensor) in SENSORS.items():
+        head = with_sensor(m.HEAD.format(what=what, depth=4, rfilter=m.TENT), *sensor)
+        yield name, head + grid + m.THINGS + m.BACKLIT + "</scene>\n"
+
+
 def scenes(m):
     """name -> (what it shows, body)"""
     checker = m.CHECKER.format(name="radiance", a="1, 0.4, 0.1", b="0.1, 0.3, 0.9", x=4, y=3)

@@ -4,12 +4,16 @@
 
 #include "render/embree.h"
 
-/* A pinhole for a picture of given proportions, as Mitsuba's `perspective`. */
+/* A sensor for a picture of given proportions, as Mitsuba's of the same names. */
 struct camera {
+    enum sensor_kind kind;
     struct vec3 origin;
-    struct vec3 corner, step_x, step_y; /* direction through pixel (x, y): corner + x, y steps */
+    struct vec3 corner, step_x, step_y; /* direction through pixel (x, y): corner + x, y steps;
+                                           orthographic: the place where rays start, from origin */
     struct vec3 ahead;                  /* unit, along the optical axis */
     float near_clip, far_clip;
+    struct vec3 lens_x, lens_y; /* thin lens: from its centre to its rim */
+    float focus;                /* thin lens: distance of the plane that is sharp */
 };
 
 void camera_init(struct camera *c, const struct sensor *s, uint32_t width, uint32_t height);
@@ -17,8 +21,8 @@ void camera_init(struct camera *c, const struct sensor *s, uint32_t width, uint3
 /* Half the picture's width at distance 1: the tangent of half the horizontal angle. */
 double camera_half_width(double fov, enum fov_axis axis, double aspect);
 
-/* The ray through (x, y) in pixels from the picture's top left corner; *offset is how far from the
- * pinhole it starts (the near plane). */
+/* A pinhole's ray through (x, y) in pixels from the picture's top left corner; *offset is how far
+ * from the pinhole it starts (the near plane). Streams do this in vector code. */
 static inline struct ray camera_ray(const struct camera *c, float x, float y, float *offset)
 {
     struct vec3 d = vec3_normalize(vec3_madd(vec3_madd(c->corner, c->step_x, x), c->step_y, y));
@@ -27,5 +31,9 @@ static inline struct ray camera_ray(const struct camera *c, float x, float y, fl
     *offset = near;
     return (struct ray){vec3_madd(c->origin, d, near), 0.0f, d, far - near};
 }
+
+/* The same for all kinds; (u, v) in [0,1)^2 choose the place on a thin lens. */
+struct ray camera_ray_any(const struct camera *c, float x, float y, float u, float v,
+                          float *offset);
 
 #endif

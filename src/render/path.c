@@ -67,6 +67,15 @@ static bool scatter(struct path *p, const struct trace_settings *t, int32_t dept
     return true;
 }
 
+struct ray path_start(const struct camera *c, float x, float y, struct sampler *sampler,
+                      float *offset)
+{
+    if (c->kind != SENSOR_THINLENS) return camera_ray_any(c, x, y, 0.0f, 0.0f, offset);
+    sampler_skip_to(sampler, PATH_DIMENSION_LENS);
+    struct vec2 u = sampler_next_2d(sampler);
+    return camera_ray_any(c, x, y, u.x, u.y, offset);
+}
+
 struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
                           const struct ray *primary, const struct hit *first,
                           struct sampler *sampler)

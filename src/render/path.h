@@ -3,6 +3,7 @@
 #define RENDER_PATH_H
 
 #include "render/bsdf.h"
+#include "render/camera.h"
 #include "render/sampler.h"
 #include "render/surface.h"
 #include "render/view.h"
@@ -22,8 +23,8 @@ struct path {
 };
 
 /* Random numbers: the film has the first two, then a bounce has light 2, direction 2, lobe 1,
- * roulette 1. */
-enum { PATH_DIMENSIONS_FILM = 2, PATH_DIMENSIONS_BOUNCE = 6 };
+ * roulette 1. A lens has two of its own, far from these, as most cameras have none. */
+enum { PATH_DIMENSIONS_FILM = 2, PATH_DIMENSIONS_BOUNCE = 6, PATH_DIMENSION_LENS = 1 << 30 };
 
 static inline uint32_t path_dimension(int32_t depth)
 {
@@ -50,6 +51,10 @@ struct vec3 path_environment(const struct view *v, const struct trace_settings *
 /* Light of the surface that a ray along d has hit. */
 struct vec3 path_emission(const struct view *v, const struct trace_settings *t,
                           const struct path *p, const struct surface *s, struct vec3 d);
+
+/* The primary ray through the point (x, y) of the picture, which the film has drawn. */
+struct ray path_start(const struct camera *c, float x, float y, struct sampler *sampler,
+                      float *offset);
 
 /* Radiance along the primary ray whose hit is `hit`; the film has drawn its dimensions. */
 struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,

@@ -28,6 +28,20 @@ void stream_add(struct stream *s, const struct stream_film *f, uint32_t x, uint3
     lanes3_set(&s->radiance, i, vec3_splat(0.0f));
 }
 
+/* Cameras that are no pinholes. */
+static void look_one_by_one(struct stream *s, const struct stream_film *f)
+{
+    for (uint32_t i = 0; i < s->n; i++) {
+        struct sampler r = {.kind = f->sampler, .seed = s->seed[i], .index = s->index[i]};
+        r.rng = (struct rng){s->rng_state[i], s->rng_stream[i]};
+        struct ray ray = path_start(&f->camera, s->u[0][i], s->u[1][i], &r, &s->offset[i]);
+        if (f->sampler == SAMPLER_INDEPENDENT) s->rng_state[i] = r.rng.state;
+        lanes3_set(&s->o, i, ray.o);
+        lanes3_set(&s->d, i, ray.d);
+        s->t_max[i] = ray.t_max;
+    }
+}
+
 void stream_start(struct stream *s, const struct view *v, const struct stream_film *f)
 {
     v->world->kernels->start(s, f->sampler, f->seed);
@@ -36,7 +50,10 @@ void stream_start(struct stream *s, const struct view *v, const struct stream_fi
         s->u[0][i] = x + filter_sample(&f->filter, s->u[0][i], -x, (float)f->width - x);
         s->u[1][i] = y + filter_sample(&f->filter, s->u[1][i], -y, (float)f->height - y);
     }
-    v->world->kernels->look(s, &f->camera);
+    if (f->camera.kind == SENSOR_PERSPECTIVE)
+        v->world->kernels->look(s, &f->camera);
+    else
+        look_one_by_one(s, f);
 }
 
 static void add_radiance(struct stream *s, uint32_t i, struct vec3 value)

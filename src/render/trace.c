@@ -201,7 +201,7 @@ static struct ray start_path(const struct job *j, const struct tile *tile, const
     struct vec2 u = sampler_next_2d(sampler);
     float px = cx + filter_sample(&f->filter, u.x, -cx, (float)f->width - cx);
     float py = cy + filter_sample(&f->filter, u.y, -cy, (float)f->height - cy);
-    return camera_ray(&f->camera, px, py, offset);
+    return path_start(&f->camera, px, py, sampler, offset);
 }
 
 static void trace_tile_plain(const struct job *j, uint32_t x, uint32_t y)

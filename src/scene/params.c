@@ -240,25 +240,35 @@ static void walk_shape(struct walk *w, uint32_t index)
 
 static void walk_sensor(struct walk *w, const char *prefix, bool is_alias)
 {
+    enum { PINHOLE = 1 << SENSOR_PERSPECTIVE, LENS = 1 << SENSOR_THINLENS };
+    enum { FLAT = 1 << SENSOR_ORTHOGRAPHIC, ALL = PINHOLE | LENS | FLAT };
     static const struct {
         const char *name;
         size_t offset;
         double low, high;
-        bool is_alias;
+        int kinds;
     } fields[] = {
-        {"fov", offsetof(struct sensor, fov), 0.01, 179.9, false},
-        {"x_fov", offsetof(struct sensor, fov), 0.01, 179.9, true},
-        {"near_clip", offsetof(struct sensor, near_clip), 1e-9, 1e30, false},
-        {"far_clip", offsetof(struct sensor, far_clip), 1e-9, 1e30, false},
+        {"fov", offsetof(struct sensor, fov), 0.01, 179.9, PINHOLE | LENS},
+        {"near_clip", offsetof(struct sensor, near_clip), 1e-9, 1e30, ALL},
+        {"far_clip", offsetof(struct sensor, far_clip), 1e-9, 1e30, ALL},
+        {"aperture_radius", offsetof(struct sensor, aperture_radius), 0, 1e12, LENS},
+        {"focus_distance", offsetof(struct sensor, focus_distance), 1e-9, 1e30, LENS},
+        {"principal_point_offset_x", offsetof(struct sensor, shift_x), -1e3, 1e3, PINHOLE | LENS},
+        {"principal_point_offset_y", offsetof(struct sensor, shift_y), -1e3, 1e3, PINHOLE | LENS},
+        {"scale_x", offsetof(struct sensor, scale_x), 1e-9, 1e12, FLAT},
+        {"scale_y", offsetof(struct sensor, scale_y), 1e-9, 1e12, FLAT},
     };
+    const struct sensor *s = &w->b->sensor;
     add_field(w, prefix, "to_world", BUILDER_SENSOR, 0, offsetof(struct sensor, to_world),
               PARAM_TRANSFORM, 0, 0, is_alias);
     for (size_t i = 0; i < sizeof fields / sizeof *fields; i++) {
-        bool is_x_fov = fields[i].is_alias;
-        if (is_x_fov && w->b->sensor.fov_axis != FOV_X) continue;
+        if (!(fields[i].kinds & 1 << s->kind)) continue;
         add_field(w, prefix, fields[i].name, BUILDER_SENSOR, 0, fields[i].offset, PARAM_FLOAT,
-                  fields[i].low, fields[i].high, is_alias || is_x_fov);
+                  fields[i].low, fields[i].high, is_alias);
     }
+    if (s->kind != SENSOR_ORTHOGRAPHIC && s->fov_axis == FOV_X)
+        add_field(w, prefix, "x_fov", BUILDER_SENSOR, 0, offsetof(struct sensor, fov), PARAM_FLOAT,
+                  0.01, 179.9, true);
 }
 
 static void walk_objects(struct walk *w)

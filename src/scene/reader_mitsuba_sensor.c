@@ -46,13 +46,35 @@ done:
     return status;
 }
 
-static lmn_status read_film(struct reader *r, struct xml_node *node, struct render_settings *s)
+/* The part of the film that is rendered: it becomes the picture. */
+static lmn_status read_crop(struct props *p, struct render_settings *s, struct sensor *sensor)
+{
+    lmn_status status = LMN_OK;
+    const int32_t film[2] = {(int32_t)s->width, (int32_t)s->height};
+    int32_t x = 0, y = 0;
+    TRY(props_integer(p, "crop_offset_x", 0, film[0] - 1, &x));
+    TRY(props_integer(p, "crop_offset_y", 0, film[1] - 1, &y));
+    int32_t width = film[0] - x, height = film[1] - y;
+    TRY(props_integer(p, "crop_width", 1, film[0] - x, &width));
+    TRY(props_integer(p, "crop_height", 1, film[1] - y, &height));
+    s->width = (uint32_t)width;
+    s->height = (uint32_t)height;
+    sensor->crop.left = (float)x / (float)film[0];
+    sensor->crop.top = (float)y / (float)film[1];
+    sensor->crop.right = (float)(film[0] - x - width) / (float)film[0];
+    sensor->crop.bottom = (float)(film[1] - y - height) / (float)film[1];
+done:
+    return status;
+}
+
+static lmn_status read_film(struct reader *r, struct xml_node *node, struct render_settings *s,
+                            struct sensor *sensor)
 {
     static const char *const words[] = {"hdrfilm", "ldrfilm", "mfilm", "tiledhdrfilm"};
-    static const char *const ignored[] = {
-        "file_format", "pixel_format", "component_format", "crop_offset_x", "crop_offset_y",
-        "crop_width",  "crop_height",  "sample_border",    "compensate",    "high_quality_edges",
-        "banner",      "gamma",        "filename",         "attach_log"};
+    static const char *const ignored[] = {"file_format",   "pixel_format", "component_format",
+                                          "sample_border", "compensate",   "high_quality_edges",
+                                          "banner",        "gamma",        "filename",
+                                          "attach_log"};
     lmn_status status = LMN_OK;
     struct props p = props_of(r, node);
     struct builder_object object;
@@ -71,6 +93,7 @@ static lmn_status read_film(struct reader *r, struct xml_node *node, struct rend
     TRY(props_integer(&p, "height", 1, IMAGE_MAX_SIDE, &height));
     s->width = (uint32_t)width;
     s->height = (uint32_t)height;
+    TRY(read_crop(&p, s, sensor));
     TRY(props_object(&p, EL_RFILTER, &child));
     if (child) TRY(read_rfilter(r, child, s));
     for (size_t k = 0; k < sizeof ignored / sizeof *ignored; k++) props_ignore(&p, ignored[k]);
@@ -156,41 +179,97 @@ done:
     return status;
 }
 
+/* An orthographic sensor is as large as its to_world makes it: the scale becomes a value of its
+ * own, so that what drives the place leaves it alone. */
+static lmn_status take_scale(struct reader *r, struct xml_node *node, struct sensor *s)
+{
+    struct vec3 axes[3], o = transform_point(&s->to_world, vec3(0, 0, 0));
+    float lengths[3];
+    for (int i = 0; i < 3; i++) {
+        axes[i] = vec3(s->to_world.m[0][i], s->to_world.m[1][i], s->to_world.m[2][i]);
+        lengths[i] = vec3_length(axes[i]);
+        axes[i] = vec3_scale(axes[i], 1.0f / lengths[i]);
+    }
+    double rigid[16] = {(double)axes[0].x,
+                        (double)axes[1].x,
+                        (double)axes[2].x,
+                        (double)o.x,
+                        (double)axes[0].y,
+                        (double)axes[1].y,
+                        (double)axes[2].y,
+                        (double)o.y,
+                        (double)axes[0].z,
+                        (double)axes[1].z,
+                        (double)axes[2].z,
+                        (double)o.z,
+                        0.0,
+                        0.0,
+                        0.0,
+                        1.0};
+    if (!transform_from_matrix(rigid, &s->to_world) || !is_rigid(&s->to_world))
+        return fail_node(r, node, "the sensor's to_world must not shear");
+    s->scale_x = lengths[0];
+    s->scale_y = lengths[1];
+    return LMN_OK;
+}
+
+static lmn_status read_optics(struct props *p, struct sensor *s)
+{
+    lmn_status status = LMN_OK;
+    if (s->kind == SENSOR_ORTHOGRAPHIC) {
+        TRY(take_scale(p->r, p->node, s));
+        props_ignore(p, "focus_distance");
+        goto done;
+    }
+    if (!is_rigid(&s->to_world))
+        return fail_node(p->r, p->node, "the sensor's to_world must not scale or shear");
+    TRY(read_fov(p, &s->fov, &s->fov_axis));
+    TRY(props_float(p, "principal_point_offset_x", &s->shift_x));
+    TRY(props_float(p, "principal_point_offset_y", &s->shift_y));
+    if (s->kind != SENSOR_THINLENS) {
+        props_ignore(p, "focus_distance");
+        props_ignore(p, "aperture_radius");
+        goto done;
+    }
+    if (!props_has(p, "aperture_radius"))
+        return fail_node(p->r, p->node, "thinlens needs an \"aperture_radius\"");
+    TRY(props_float(p, "aperture_radius", &s->aperture_radius));
+    if (!(s->aperture_radius >= 0.0f))
+        return fail_node(p->r, p->node, "\"aperture_radius\" must not be negative");
+    s->focus_distance = s->far_clip;
+    TRY(props_positive(p, "focus_distance", &s->focus_distance));
+done:
+    return status;
+}
+
 lmn_status load_sensor(struct reader *r, struct xml_node *node)
 {
     static const char *const words[] = {"perspective",   "thinlens",        "orthographic",
                                         "radiancemeter", "irradiancemeter", "distant",
                                         "batch"};
-    static const char *const ignored[] = {"shutter_open", "shutter_close", "focus_distance"};
+    static const char *const ignored[] = {"shutter_open", "shutter_close"};
     lmn_status status = LMN_OK;
     struct props p = props_of(r, node);
     struct builder_object object;
     struct render_settings *settings = &r->b->settings;
     struct sensor s = {.to_world = transform_identity(), .near_clip = 0.01f, .far_clip = 1e4f};
     struct xml_node *child;
-    float offset[2] = {0, 0};
-    if (strcmp(p.type, words[0]) != 0) {
-        for (size_t i = 1; i < sizeof words / sizeof *words; i++) {
-            if (strcmp(p.type, words[i]) == 0) return fail_unsupported(r, node);
-        }
-        return fail_unknown(r, node, "unknown sensor", p.type, words, sizeof words / sizeof *words);
-    }
+    const size_t n = sizeof words / sizeof *words;
+    size_t kind = 0;
+    while (kind < n && strcmp(p.type, words[kind]) != 0) kind++;
+    if (kind == n) return fail_unknown(r, node, "unknown sensor", p.type, words, n);
+    if (kind > SENSOR_ORTHOGRAPHIC) return fail_unsupported(r, node);
+    s.kind = (enum sensor_kind)kind;
     TRY(props_transform(&p, "to_world", &s.to_world));
-    if (!is_rigid(&s.to_world))
-        return fail_node(r, node, "the sensor's to_world must not scale or shear");
-    TRY(read_fov(&p, &s.fov, &s.fov_axis));
     TRY(props_positive(&p, "near_clip", &s.near_clip));
     TRY(props_positive(&p, "far_clip", &s.far_clip));
     if (!(s.near_clip < s.far_clip))
         return fail_node(r, node, "\"near_clip\" must be below \"far_clip\"");
-    TRY(props_float(&p, "principal_point_offset_x", &offset[0]));
-    TRY(props_float(&p, "principal_point_offset_y", &offset[1]));
-    if (offset[0] != 0.0f || offset[1] != 0.0f)
-        return fail_node(r, node, "a principal point off the centre is not supported yet");
+    TRY(read_optics(&p, &s));
     TRY(props_object(&p, EL_SAMPLER, &child));
     if (child) TRY(read_sampler(r, child, settings));
     TRY(props_object(&p, EL_FILM, &child));
-    if (child) TRY(read_film(r, child, settings));
+    if (child) TRY(read_film(r, child, settings, &s));
     for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) props_ignore(&p, ignored[i]);
     TRY(props_finish(&p, &object));
     TRY(builder_set_sensor(r->b, &object, &s, r->err));

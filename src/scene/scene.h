@@ -164,12 +164,22 @@ struct instance {
     bool is_visible;
 };
 
-/* A pinhole as Mitsuba's `perspective`: camera space looks along +z, +x is left, +y up. */
+enum sensor_kind { SENSOR_PERSPECTIVE, SENSOR_THINLENS, SENSOR_ORTHOGRAPHIC };
+
+/* Camera space looks along +z, +x is left, +y up. What is 0 unless said otherwise is off. */
 struct sensor {
-    struct transform to_world;
-    float fov; /* degrees along fov_axis */
+    enum sensor_kind kind;
+    struct transform to_world; /* rigid, mirrored perhaps */
+    float fov;                 /* degrees along fov_axis; not ORTHOGRAPHIC */
     enum fov_axis fov_axis;
     float near_clip, far_clip;
+    float aperture_radius, focus_distance; /* THINLENS */
+    float scale_x, scale_y;                /* ORTHOGRAPHIC: half the film's width, and the same
+                                              for its height, but for the film's proportions */
+    float shift_x, shift_y; /* of the principal point, in widths and heights of the film */
+    struct {
+        float left, top, right, bottom; /* parts of the film that the picture does not show */
+    } crop;
 };
 
 struct scene_state {

@@ -416,6 +416,46 @@ static void settings(void **state)
     scene_free(s);
 }
 
+static void sensors(void **state)
+{
+    (void)state;
+    struct scene *s = text_scene(
+        "<sensor type='thinlens'><float name='aperture_radius' value='.2'/>"
+        "<float name='far_clip' value='70'/>"
+        "<film type='hdrfilm'><integer name='width' value='100'/>"
+        "<integer name='height' value='80'/><integer name='crop_offset_x' value='25'/>"
+        "<integer name='crop_width' value='50'/><integer name='crop_offset_y' value='20'/></film>"
+        "</sensor>");
+    const struct sensor *c = &s->defaults.sensor;
+    assert_int_equal(c->kind, SENSOR_THINLENS);
+    assert_close(c->aperture_radius, 0.2f);
+    assert_close(c->focus_distance, 70);
+    assert_int_equal(s->settings.width, 50);
+    assert_int_equal(s->settings.height, 60);
+    assert_close(c->crop.left, 0.25f);
+    assert_close(c->crop.right, 0.25f);
+    assert_close(c->crop.top, 0.25f);
+    assert_close(c->crop.bottom, 0);
+    scene_free(s);
+    /* The scale is a value of its own, so that moves keep it. */
+    s = text_scene("<sensor type='orthographic'><transform name='to_world'>"
+                   "<scale x='-2' y='3' z='5'/><rotate y='1' angle='90'/><translate x='7'/>"
+                   "</transform></sensor>");
+    c = &s->defaults.sensor;
+    assert_int_equal(c->kind, SENSOR_ORTHOGRAPHIC);
+    assert_close(c->scale_x, 2);
+    assert_close(c->scale_y, 3);
+    assert_vec3(transform_vector(&c->to_world, vec3(0, 0, 1)), 1, 0, 0);
+    assert_vec3(transform_vector(&c->to_world, vec3(1, 0, 0)), 0, 0, 1);
+    assert_vec3(transform_point(&c->to_world, vec3(0, 0, 0)), 7, 0, 0);
+    scene_free(s);
+    s = text_scene("<sensor type='perspective'><float name='principal_point_offset_x' value='.1'/>"
+                   "<float name='principal_point_offset_y' value='-.2'/></sensor>");
+    assert_close(s->defaults.sensor.shift_x, 0.1f);
+    assert_close(s->defaults.sensor.shift_y, -0.2f);
+    scene_free(s);
+}
+
 static void default_settings(void **state)
 {
     (void)state;
@@ -554,6 +594,7 @@ int main(void)
         cmocka_unit_test(groups_and_instances),
         cmocka_unit_test(settings),
         cmocka_unit_test(default_settings),
+        cmocka_unit_test(sensors),
         cmocka_unit_test(defines),
         cmocka_unit_test(includes),
         cmocka_unit_test(old_names),

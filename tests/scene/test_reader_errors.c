@@ -185,7 +185,14 @@ static const struct bad cases[] = {
      ":2:75: <bsdf type=\"diffuse\"> has no place in <shape type=\"rectangle\">"},
 
     /* sensor, film, integrator */
-    {"<sensor type='thinlens'/>", ":2:1: <sensor type=\"thinlens\"> is not supported yet"},
+    {"<sensor type='distant'/>", ":2:1: <sensor type=\"distant\"> is not supported yet"},
+    {"<sensor type='thinlens'/>", ":2:1: thinlens needs an \"aperture_radius\""},
+    {"<sensor type='orthographic'><transform name='to_world'><matrix value='1 1 0 0 1 0 0 0 1'/>"
+     "</transform></sensor>",
+     ":2:1: the sensor's to_world must not shear"},
+    {"<sensor type='perspective'><film type='hdrfilm'><integer name='crop_offset_x' value='700'/>"
+     "<integer name='crop_width' value='70'/></film></sensor>",
+     ":2:92: \"crop_width\" must be from 1 to 68"},
     {"<sensor type='perspectiv'/>",
      ":2:1: unknown sensor \"perspectiv\"; did you mean \"perspective\"?"},
     {"<sensor type='perspective'><float name='fov' value='180'/></sensor>",

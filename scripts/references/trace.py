@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""trace.py [FOLDER]    (default: tests/render/data)
+"""trace.py [FOLDER [CASE...]]    (default: tests/render/data, all cases)
 
 What Mitsuba 3 makes of small pictures: NAME.json per case with the mean of every 16 x 16 tile (and of
 the whole picture, last) and its standard error from independent seeds. Our own scenes/tests/*.xml
@@ -46,6 +46,8 @@ def main():
     mi = render_mitsuba.use("llvm_ad_rgb")
     small = {"size": SIZE, "seeds": SEEDS}
     for case in cases.all_cases():
+        if sys.argv[2:] and case.name not in sys.argv[2:]:
+            continue
         if not case.scene.exists():
             print(f"left as it is: {case.name}: no {case.scene}", file=sys.stderr)
             continue

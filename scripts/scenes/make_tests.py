@@ -3,7 +3,7 @@
 """make_tests.py [FOLDER]    (default: scenes/tests)
 
 Writes the small scenes that are compared with Mitsuba 3, one per plugin, with their textures and
-meshes. Standard library only; the same bytes every time.
+meshes; in ours/ those of plugins that only Mitsuba 0.x had. Standard library only; the same bytes every time.
 """
 import math
 import pathlib
@@ -12,6 +12,7 @@ import sys
 import zlib
 
 import tests_lights
+import tests_materials
 
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <!-- {what}. Made by scripts/scenes/make_tests.py. CC0. -->
@@ -511,6 +512,10 @@ def scenes():
                        + THINGS + BACKLIT, 4, '<rfilter type="box"/>'),
     }
     plain.update(tests_lights.scenes(sys.modules[__name__]))
+    plain |= tests_materials.scenes(sys.modules[__name__])
+    plain |= {"ours/" + name: (what, body.replace('value="textures/', 'value="../textures/'))
+              for name, (what, body)
+              in tests_materials.own_scenes(sys.modules[__name__]).items()}
     for name, entry in plain.items():
         what, body, depth, rfilter = (*entry, 6, TENT)[:4] if len(entry) == 2 else entry
         yield name, HEAD.format(what=what, depth=depth, rfilter=rfilter) + body + "</scene>\n"
@@ -662,19 +667,21 @@ f 6//6 5//6 9//6 10//6
 def main():
     root = pathlib.Path(__file__).resolve().parents[2]
     folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else root / "scenes/tests"
-    for sub in ("textures", "meshes"):
+    for sub in ("textures", "meshes", "ours"):
         (folder / sub).mkdir(parents=True, exist_ok=True)
     write_png(folder / "textures/picture.png", 24, 24, picture(), 3)
     write_png(folder / "textures/ramp.png", 32, 4, [20 + 4 * x for x in range(32)] * 4, 1)
     write_png(folder / "textures/holes.png", 16, 16,
               [255 if (x // 4 + y // 4) % 2 else 80 for y in range(16) for x in range(16)], 1)
+    write_png(folder / "textures/bumps.png", 32, 32, tests_materials.bumps(), 1)
+    write_png(folder / "textures/normals.png", 32, 32, tests_materials.normals(), 3)
     write_exr(folder / "textures/sky.exr", 48, 24, sky)
     write_gem(folder / "meshes/gem.ply")
     write_wave(folder / "meshes/wave.ply")
     (folder / "meshes/house.obj").write_text(HOUSE)
     for name, xml in scenes():
         (folder / f"{name}.xml").write_text(xml)
-    print(f"{folder}: {len(list(folder.glob('*.xml')))} scenes")
+    print(f"{folder}: {len(list(folder.rglob('*.xml')))} scenes")
 
 
 if __name__ == "__main__":

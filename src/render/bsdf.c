@@ -3,167 +3,47 @@
 
 #include "render/fresnel.h"
 
-/* Nested materials (mask of twosided of ...) are followed this deep; deeper ones end here. */
-enum { MAX_NESTING = 8 };
+/* ---- Into the material's own frame ----------------------------------------------------------- */
 
-static uint32_t lobes_of(const struct bsdf *bsdfs, uint32_t index, int depth)
+static struct vec3 inward(const struct bsdf_point *p, struct vec3 w)
 {
-    const struct bsdf *b = &bsdfs[index];
-    switch (b->kind) {
-    case BSDF_DIFFUSE:
-        return LOBE_DIFFUSE;
-    case BSDF_CONDUCTOR:
-        return LOBE_SPECULAR;
-    case BSDF_ROUGH_CONDUCTOR:
-        return LOBE_GLOSSY;
-    case BSDF_DIELECTRIC:
-        return LOBE_SPECULAR;
-    case BSDF_ROUGH_DIELECTRIC:
-        return LOBE_GLOSSY;
-    case BSDF_PLASTIC:
-        return LOBE_DIFFUSE | LOBE_SPECULAR;
-    case BSDF_TWOSIDED:
-    case BSDF_MASK:
-        break;
-    }
-    if (depth == MAX_NESTING) return 0;
-    uint32_t lobes = lobes_of(bsdfs, b->child[0], depth + 1);
-    if (b->kind == BSDF_MASK) return lobes | LOBE_NULL;
-    if (b->child[1] != SCENE_NONE) lobes |= lobes_of(bsdfs, b->child[1], depth + 1);
-    return lobes;
+    if (p->is_turned) return frame_to_local(&p->turn, w);
+    if (p->is_mirrored) w.z = -w.z;
+    return w;
 }
 
-static bool varies(const struct texture_set *textures, uint32_t index)
+static struct vec3 outward(const struct bsdf_point *p, struct vec3 w)
 {
-    return index != SCENE_NONE && textures->textures[index].kind != TEXTURE_CONSTANT;
+    if (p->is_turned) return frame_to_world(&p->turn, w);
+    if (p->is_mirrored) w.z = -w.z;
+    return w;
 }
 
-/* Whether the bsdf or one below it needs texture coordinates, or a tangent. */
-static void find_needs(struct material *m, const struct bsdf *bsdfs, uint32_t index,
-                       const struct texture_set *textures, int depth)
+/* Whether a direction is on the same side of the shading frame and of the turned one. */
+static bool is_same_side(const struct bsdf_point *p, struct vec3 outer, struct vec3 inner)
 {
-    const struct bsdf *b = &bsdfs[index];
-    const uint32_t used[] = {b->reflectance,
-                             b->specular_reflectance,
-                             b->specular_transmittance,
-                             b->alpha_u,
-                             b->alpha_v,
-                             b->eta_texture,
-                             b->k_texture,
-                             b->opacity};
-    for (size_t i = 0; i < sizeof used / sizeof *used; i++)
-        if (varies(textures, used[i])) m->has_uv = true;
-    bool is_rough = b->kind == BSDF_ROUGH_CONDUCTOR || b->kind == BSDF_ROUGH_DIELECTRIC;
-    if (is_rough && b->alpha_v != SCENE_NONE && b->alpha_v != b->alpha_u) m->has_direction = true;
-    if ((b->kind != BSDF_TWOSIDED && b->kind != BSDF_MASK) || depth == MAX_NESTING) return;
-    find_needs(m, bsdfs, b->child[0], textures, depth + 1);
-    if (b->kind == BSDF_TWOSIDED && b->child[1] != SCENE_NONE)
-        find_needs(m, bsdfs, b->child[1], textures, depth + 1);
+    return (p->is_mirrored ? -outer.z : outer.z) * inner.z > 0.0f;
 }
 
-/* Sees whether the material is plain. */
-static void find_plain(struct material *m, const struct bsdf *bsdfs,
-                       const struct texture_set *textures)
+/* Softens the edge of shadow that bumps have, as if they were facets (Estevez, Lecocq & Stein 2019,
+ * "A microfacet-based shadowing function to solve the bump terminator problem"). */
+static float terminator(const struct bsdf_point *p, struct vec3 wo)
 {
-    const struct bsdf *b = m->bsdf;
-    m->is_twosided = b->kind == BSDF_TWOSIDED;
-    if (m->is_twosided && b->child[1] != SCENE_NONE && b->child[1] != b->child[0]) return;
-    if (m->is_twosided) b = &bsdfs[b->child[0]];
-    m->is_plain = b->kind == BSDF_DIFFUSE && !m->has_uv;
-    if (m->is_plain) m->reflectance = textures->textures[b->reflectance].value;
+    float z2 = wo.z * wo.z, tan2 = (1.0f - z2) / z2;
+    return 2.0f / (1.0f + sqrtf(1.0f + p->shadow * max_float(tan2, 0.0f)));
 }
 
-void material_init(struct material *materials, const struct bsdf *bsdfs, uint32_t n_bsdfs,
-                   const struct texture_set *textures)
-{
-    for (uint32_t i = 0; i < n_bsdfs; i++) {
-        const struct bsdf *b = &bsdfs[i];
-        struct material *m = &materials[i];
-        *m = (struct material){.bsdf = b, .lobes = lobes_of(bsdfs, i, 0)};
-        find_needs(m, bsdfs, i, textures, 0);
-        find_plain(m, bsdfs, textures);
-        if (b->kind == BSDF_PLASTIC) {
-            m->internal_reflection = fresnel_diffuse_reflectance(1.0f / b->eta);
-            float base = texture_mean(textures, b->reflectance), coat = 1.0f;
-            if (b->specular_reflectance != SCENE_NONE)
-                coat = texture_mean(textures, b->specular_reflectance);
-            m->specular_weight = base + coat > 0.0f ? coat / (base + coat) : 0.5f;
-        }
-    }
-}
-
-void bsdf_point_init(struct bsdf_point *p, const struct material *materials, uint32_t index,
-                     const struct texture_set *textures, float u, float v, float wi_z)
-{
-    const struct material *m = &materials[index];
-    p->lobes = m->lobes;
-    p->is_mirrored = p->has_specular_reflectance = false;
-    p->opacity = 1.0f;
-    for (int depth = 0; m->bsdf->kind == BSDF_TWOSIDED || m->bsdf->kind == BSDF_MASK; depth++) {
-        const struct bsdf *b = m->bsdf;
-        uint32_t child = b->child[0];
-        if (b->kind == BSDF_TWOSIDED) {
-            if (p->is_mirrored ? wi_z > 0.0f : wi_z < 0.0f) {
-                p->is_mirrored = !p->is_mirrored;
-                if (b->child[1] != SCENE_NONE) child = b->child[1];
-            }
-        } else {
-            float opacity = texture_eval_1(textures, b->opacity, u, v);
-            p->opacity *= min_float(max_float(opacity, 0.0f), 1.0f);
-        }
-        m = &materials[child];
-        if (depth == MAX_NESTING) { /* a loop in the nesting: black */
-            p->kind = BSDF_DIFFUSE;
-            p->reflectance = vec3_splat(0.0f);
-            return;
-        }
-    }
-    const struct bsdf *b = m->bsdf;
-    p->kind = b->kind;
-    switch (b->kind) {
-    case BSDF_DIFFUSE:
-        p->reflectance = texture_eval(textures, b->reflectance, u, v);
-        return;
-    case BSDF_ROUGH_CONDUCTOR:
-    case BSDF_ROUGH_DIELECTRIC: {
-        float alpha_u = texture_eval_1(textures, b->alpha_u, u, v), alpha_v = alpha_u;
-        if (b->alpha_v != b->alpha_u && b->alpha_v != SCENE_NONE)
-            alpha_v = texture_eval_1(textures, b->alpha_v, u, v);
-        p->facets = microfacet(b->distribution, alpha_u, alpha_v);
-        break;
-    }
-    case BSDF_PLASTIC:
-        p->reflectance = texture_eval(textures, b->reflectance, u, v);
-        p->is_nonlinear = b->is_nonlinear;
-        p->specular_weight = m->specular_weight;
-        p->internal_reflection = m->internal_reflection;
-        break;
-    default:
-        break;
-    }
-    p->eta = b->eta;
-    p->has_specular_reflectance = b->specular_reflectance != SCENE_NONE;
-    p->specular_reflectance = texture_eval_or(textures, b->specular_reflectance, u, v, 1.0f);
-    p->specular_transmittance = vec3_splat(1.0f);
-    if (b->kind == BSDF_DIELECTRIC || b->kind == BSDF_ROUGH_DIELECTRIC)
-        p->specular_transmittance = texture_eval_or(textures, b->specular_transmittance, u, v,
-                                                    1.0f);
-    if (b->kind == BSDF_CONDUCTOR || b->kind == BSDF_ROUGH_CONDUCTOR) {
-        /* Without an index the metal is a perfect mirror: eta = 0, k = 1 reflects everything. */
-        p->eta_rgb = texture_eval_or(textures, b->eta_texture, u, v, 0.0f);
-        p->k_rgb = texture_eval_or(textures, b->k_texture, u, v, 1.0f);
-    }
-}
+/* ---- Kinds ----------------------------------------------------------------------------------- */
 
 void bsdf_eval(const struct bsdf_point *p, struct vec3 wi, struct vec3 wo, struct vec3 *value,
                float *pdf)
 {
     *value = vec3_splat(0.0f);
     *pdf = 0.0f;
-    if (p->is_mirrored) {
-        wi.z = -wi.z;
-        wo.z = -wo.z;
-    }
+    struct vec3 outer = wo;
+    wi = inward(p, wi);
+    wo = inward(p, wo);
+    if (p->is_turned && !is_same_side(p, outer, wo)) return;
     switch (p->kind) {
     case BSDF_DIFFUSE:
         diffuse_eval(p, wi, wo, value, pdf);
@@ -177,9 +57,26 @@ void bsdf_eval(const struct bsdf_point *p, struct vec3 wi, struct vec3 wo, struc
     case BSDF_PLASTIC:
         plastic_eval(p, wi, wo, value, pdf);
         break;
+    case BSDF_ROUGH_PLASTIC:
+        rough_plastic_eval(p, wi, wo, value, pdf);
+        break;
+    case BSDF_ROUGH_DIFFUSE:
+        rough_diffuse_eval(p, wi, wo, value, pdf);
+        break;
+    case BSDF_PRINCIPLED:
+        principled_eval(p, wi, wo, value, pdf);
+        break;
+    case BSDF_PHONG:
+    case BSDF_BLINN_PHONG:
+        phong_eval(p, wi, wo, value, pdf);
+        break;
+    case BSDF_BLEND:
+        blend_eval(p, wi, wo, value, pdf);
+        break;
     default:
         return;
     }
+    if (p->is_turned && p->shadow > 0.0f) *value = vec3_scale(*value, terminator(p, outer));
     if (p->opacity < 1.0f) {
         *value = vec3_scale(*value, p->opacity);
         *pdf *= p->opacity;
@@ -200,7 +97,7 @@ struct bsdf_sample bsdf_sample(const struct bsdf_point *p, struct vec3 wi, float
         }
         u1 /= p->opacity;
     }
-    if (p->is_mirrored) wi.z = -wi.z;
+    wi = inward(p, wi);
     switch (p->kind) {
     case BSDF_DIFFUSE:
         diffuse_sample(p, wi, u2, v2, &s);
@@ -220,12 +117,52 @@ struct bsdf_sample bsdf_sample(const struct bsdf_point *p, struct vec3 wi, float
     case BSDF_PLASTIC:
         plastic_sample(p, wi, u1, u2, v2, &s);
         break;
+    case BSDF_ROUGH_PLASTIC:
+        rough_plastic_sample(p, wi, u1, u2, v2, &s);
+        break;
+    case BSDF_THIN_DIELECTRIC:
+        thin_dielectric_sample(p, wi, u1, &s);
+        break;
+    case BSDF_ROUGH_DIFFUSE:
+        rough_diffuse_sample(p, wi, u2, v2, &s);
+        break;
+    case BSDF_PRINCIPLED:
+        principled_sample(p, wi, u1, u2, v2, &s);
+        break;
+    case BSDF_PHONG:
+    case BSDF_BLINN_PHONG:
+        phong_sample(p, wi, u1, u2, v2, &s);
+        break;
+    case BSDF_NULL:
+        s.wo = vec3_neg(wi);
+        s.weight = vec3_splat(1.0f);
+        s.pdf = 1.0f;
+        s.lobe = LOBE_NULL;
+        break;
+    case BSDF_BLEND:
+        blend_sample(p, wi, u1, u2, v2, &s);
+        break;
     default:
         break;
     }
-    if (p->is_mirrored) s.wo.z = -s.wo.z;
     s.pdf *= p->opacity;
+    if (!p->is_turned && !p->is_mirrored) return s;
+    struct vec3 inner = s.wo;
+    s.wo = outward(p, inner);
+    if (!p->is_turned) return s;
+    if (!is_same_side(p, s.wo, inner))
+        s.weight = vec3_splat(0.0f);
+    else if (p->shadow > 0.0f)
+        s.weight = vec3_scale(s.weight, terminator(p, s.wo));
     return s;
+}
+
+/* ---- Buffers --------------------------------------------------------------------------------- */
+
+/* One of a blend's two materials at the point. */
+static void child_init(struct bsdf_point *child, const struct bsdf_point *p, int i)
+{
+    bsdf_point_init(child, p->materials, p->child[i], p->textures, &p->place);
 }
 
 struct vec3 bsdf_albedo(const struct bsdf_point *p)
@@ -233,7 +170,19 @@ struct vec3 bsdf_albedo(const struct bsdf_point *p)
     switch (p->kind) {
     case BSDF_DIFFUSE:
     case BSDF_PLASTIC:
+    case BSDF_ROUGH_PLASTIC:
+    case BSDF_ROUGH_DIFFUSE:
+    case BSDF_PRINCIPLED:
         return p->reflectance;
+    case BSDF_PHONG:
+    case BSDF_BLINN_PHONG:
+        return vec3_add(p->reflectance, p->specular_reflectance);
+    case BSDF_BLEND: {
+        struct bsdf_point a, b;
+        child_init(&a, p, 0);
+        child_init(&b, p, 1);
+        return vec3_madd(vec3_scale(bsdf_albedo(&a), 1.0f - p->weight), bsdf_albedo(&b), p->weight);
+    }
     default:
         return p->has_specular_reflectance ? p->specular_reflectance : vec3_splat(0.0f);
     }
@@ -243,13 +192,31 @@ float bsdf_roughness(const struct bsdf_point *p)
 {
     switch (p->kind) {
     case BSDF_DIFFUSE:
+    case BSDF_ROUGH_DIFFUSE:
         return 1.0f;
     case BSDF_ROUGH_CONDUCTOR:
     case BSDF_ROUGH_DIELECTRIC:
+    case BSDF_ROUGH_PLASTIC:
+    case BSDF_PRINCIPLED:
         return p->facets.alpha_u == p->facets.alpha_v
                    ? p->facets.alpha_u
                    : sqrtf(p->facets.alpha_u * p->facets.alpha_v);
+    case BSDF_PHONG:
+    case BSDF_BLINN_PHONG: /* of the Beckmann surface that looks alike (Walter et al. 2007) */
+        return sqrtf(2.0f / (2.0f + p->exponent));
+    case BSDF_BLEND: {
+        struct bsdf_point a, b;
+        child_init(&a, p, 0);
+        child_init(&b, p, 1);
+        return bsdf_roughness(&a) * (1.0f - p->weight) + bsdf_roughness(&b) * p->weight;
+    }
     default:
         return 0.0f;
     }
+}
+
+struct vec3 bsdf_normal(const struct bsdf_point *p)
+{
+    if (!p->is_turned) return vec3(0.0f, 0.0f, 1.0f);
+    return p->is_mirrored ? vec3_neg(p->turn.n) : p->turn.n;
 }

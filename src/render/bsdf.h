@@ -2,6 +2,7 @@
 #ifndef RENDER_BSDF_H
 #define RENDER_BSDF_H
 
+#include "render/coat.h"
 #include "render/microfacet.h"
 #include "render/texture.h"
 #include "scene/scene.h"
@@ -29,29 +30,67 @@ enum lobe {                     /* kinds of scattering, as a mask */
 struct material {
     const struct bsdf *bsdf;   /* in the view's state */
     uint32_t lobes;            /* all that it or its children can have */
-    float specular_weight;     /* plastic: preference for the coat when sampling */
+    float specular_weight;     /* plastic, phong: preference for the coat when sampling */
     float internal_reflection; /* plastic: diffuse Fresnel reflectance from inside */
+    struct coat *coat;         /* rough plastic */
     bool has_uv;               /* some texture varies */
-    bool has_direction;        /* anisotropic: the shading frame must follow dp/du */
+    bool has_direction;        /* the shading frame must follow dp/du: anisotropy, normal maps */
+    bool has_tangents;         /* bump maps: struct bsdf_place needs dp/du and dp/dv */
     /* Diffuse of one colour, perhaps the same from both sides: needs no bsdf_point. */
     bool is_plain, is_twosided;
     struct vec3 reflectance;
 };
 
+/* Where a material is asked for; vectors in the shading frame. */
+struct bsdf_place {
+    float u, v;               /* texture coordinates */
+    struct vec3 wi;           /* to the viewer */
+    struct vec3 n;            /* geometric normal; it and what follows for has_tangents only */
+    struct vec3 dp_du, dp_dv; /* change of position with u and v, scene units */
+};
+
+/* Principled: weights and colours of its lobes at a point. */
+struct principled {
+    float anisotropic, roughness, metallic, spec_trans, spec_tint, sheen, sheen_tint, flatness;
+    float clearcoat, clearcoat_gloss;
+    float diffuse_rate, specular_rate, clearcoat_rate;
+};
+
 struct bsdf_point {
-    enum bsdf_kind kind; /* never BSDF_TWOSIDED or BSDF_MASK */
+    enum bsdf_kind kind; /* never BSDF_TWOSIDED, BSDF_MASK, BSDF_BUMPMAP or BSDF_NORMALMAP */
     uint32_t lobes;
     bool is_mirrored; /* two-sided, seen from behind: z of wi and wo changes sign */
-    bool is_nonlinear;
+    bool is_turned;   /* bump or normal map: `turn` applies, mirroring included */
+    bool is_nonlinear, is_approximate;
     bool has_specular_reflectance; /* the scene gives one */
     float opacity;                 /* 1 unless masked */
     struct vec3 reflectance;
     struct vec3 specular_reflectance, specular_transmittance;
     struct vec3 eta_rgb, k_rgb; /* conductors */
     struct microfacet facets;   /* rough ones */
-    float eta;                  /* dielectrics, plastic */
+    float eta;                  /* dielectrics, plastic, principled */
     float specular_weight, internal_reflection;
+    struct coat_at coat; /* rough plastic */
+    float exponent;      /* phong */
+    struct principled principled;
+
+    /* Bump and normal maps: axes of the material's own frame in the shading frame. */
+    struct frame turn;
+    float shadow; /* squared roughness of the terminator's softening; 0: none */
+
+    /* Blend: children are looked up when they are asked for. */
+    const struct material *materials;
+    const struct texture_set *textures;
+    uint32_t child[2];
+    float weight; /* of the second */
+    struct bsdf_place place;
 };
+
+/* Whether it is Lambert's law in the shading frame, perhaps mirrored. */
+static inline bool bsdf_is_diffuse(const struct bsdf_point *p)
+{
+    return p->kind == BSDF_DIFFUSE && p->opacity == 1.0f && !p->is_turned;
+}
 
 struct bsdf_sample {
     struct vec3 wo;
@@ -61,13 +100,17 @@ struct bsdf_sample {
     enum lobe lobe;
 };
 
-/* Fills materials [n_bsdfs] from a state's bsdfs. */
+/* Fills materials [n_bsdfs] from a state's bsdfs. `coats` has room for every rough plastic; what is
+ * in it already is used again. */
 void material_init(struct material *materials, const struct bsdf *bsdfs, uint32_t n_bsdfs,
-                   const struct texture_set *textures);
+                   const struct texture_set *textures, struct coat *coats);
 
-/* The material at a point with texture coordinates (u, v) seen from the side of wi_z. */
+/* How many of the bsdfs are rough plastic. */
+uint32_t material_count_coats(const struct bsdf *bsdfs, uint32_t n_bsdfs);
+
+/* The material at a point. */
 void bsdf_point_init(struct bsdf_point *p, const struct material *materials, uint32_t index,
-                     const struct texture_set *textures, float u, float v, float wi_z);
+                     const struct texture_set *textures, const struct bsdf_place *at);
 
 /* Value (with cosine) and density of the smooth lobes. */
 void bsdf_eval(const struct bsdf_point *p, struct vec3 wi, struct vec3 wo, struct vec3 *value,
@@ -77,9 +120,10 @@ void bsdf_eval(const struct bsdf_point *p, struct vec3 wi, struct vec3 wo, struc
 struct bsdf_sample bsdf_sample(const struct bsdf_point *p, struct vec3 wi, float u1, float u2,
                                float v2);
 
-/* What the first-hit buffers show. */
+/* What the first-hit buffers show; the normal is in the shading frame. */
 struct vec3 bsdf_albedo(const struct bsdf_point *p);
 float bsdf_roughness(const struct bsdf_point *p);
+struct vec3 bsdf_normal(const struct bsdf_point *p);
 
 /* One family each, behind bsdf_eval() and bsdf_sample(): wi and wo are already mirrored, opacity is
  * dealt with, *value, *pdf and the sample come zeroed. */
@@ -101,5 +145,27 @@ void plastic_eval(const struct bsdf_point *p, struct vec3 wi, struct vec3 wo, st
                   float *pdf);
 void plastic_sample(const struct bsdf_point *p, struct vec3 wi, float u1, float u2, float v2,
                     struct bsdf_sample *s);
+void rough_plastic_eval(const struct bsdf_point *p, struct vec3 wi, struct vec3 wo,
+                        struct vec3 *value, float *pdf);
+void rough_plastic_sample(const struct bsdf_point *p, struct vec3 wi, float u1, float u2, float v2,
+                          struct bsdf_sample *s);
+void thin_dielectric_sample(const struct bsdf_point *p, struct vec3 wi, float u1,
+                            struct bsdf_sample *s);
+void rough_diffuse_eval(const struct bsdf_point *p, struct vec3 wi, struct vec3 wo,
+                        struct vec3 *value, float *pdf);
+void rough_diffuse_sample(const struct bsdf_point *p, struct vec3 wi, float u2, float v2,
+                          struct bsdf_sample *s);
+void phong_eval(const struct bsdf_point *p, struct vec3 wi, struct vec3 wo, struct vec3 *value,
+                float *pdf);
+void phong_sample(const struct bsdf_point *p, struct vec3 wi, float u1, float u2, float v2,
+                  struct bsdf_sample *s);
+void principled_eval(const struct bsdf_point *p, struct vec3 wi, struct vec3 wo, struct vec3 *value,
+                     float *pdf);
+void principled_sample(const struct bsdf_point *p, struct vec3 wi, float u1, float u2, float v2,
+                       struct bsdf_sample *s);
+void blend_eval(const struct bsdf_point *p, struct vec3 wi, struct vec3 wo, struct vec3 *value,
+                float *pdf);
+void blend_sample(const struct bsdf_point *p, struct vec3 wi, float u1, float u2, float v2,
+                  struct bsdf_sample *s);
 
 #endif

@@ -21,6 +21,20 @@ void dielectric_sample(const struct bsdf_point *p, struct vec3 wi, float u1, str
     }
 }
 
+/* A sheet so thin that light goes straight through; what is reflected back and forth between its
+ * two faces is summed: r + t r t + t r^3 t + ... = 2 r / (1 + r). */
+void thin_dielectric_sample(const struct bsdf_point *p, struct vec3 wi, float u1,
+                            struct bsdf_sample *s)
+{
+    float r = fresnel_dielectric(fabsf(wi.z), p->eta).r;
+    r *= 2.0f / (1.0f + r);
+    bool is_reflection = u1 <= r;
+    s->wo = is_reflection ? vec3(-wi.x, -wi.y, wi.z) : vec3_neg(wi);
+    s->pdf = is_reflection ? r : 1.0f - r;
+    s->lobe = is_reflection ? LOBE_SPECULAR : LOBE_NULL;
+    s->weight = is_reflection ? p->specular_reflectance : p->specular_transmittance;
+}
+
 static float square(float x)
 {
     return x * x;

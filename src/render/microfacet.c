@@ -101,8 +101,7 @@ static struct vec3 visible_normal_ggx(struct vec3 wi, float u, float v)
     return vec3_madd(vec3_madd(vec3_scale(wi, z), t2, p.y), t1, p.x);
 }
 
-struct vec3 microfacet_sample(const struct microfacet *f, struct vec3 wi, float u, float v,
-                              float *pdf)
+struct vec3 microfacet_normal(const struct microfacet *f, struct vec3 wi, float u, float v)
 {
     struct vec3 stretched = vec3_normalize(vec3(f->alpha_u * wi.x, f->alpha_v * wi.y, wi.z));
     struct vec3 m;
@@ -117,6 +116,13 @@ struct vec3 microfacet_sample(const struct microfacet *f, struct vec3 wi, float 
         m = vec3_normalize(vec3(-(c * slope.x - s * slope.y) * f->alpha_u,
                                 -(s * slope.x + c * slope.y) * f->alpha_v, 1.0f));
     }
+    return m;
+}
+
+struct vec3 microfacet_sample(const struct microfacet *f, struct vec3 wi, float u, float v,
+                              float *pdf)
+{
+    struct vec3 m = microfacet_normal(f, wi, u, v);
     *pdf = microfacet_pdf(f, wi, m);
     return m;
 }

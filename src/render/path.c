@@ -99,8 +99,9 @@ struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
         }
         if (t->max_depth >= 0 && depth + 1 >= t->max_depth) break;
         struct bsdf_point bsdf;
-        bsdf_point_init(&bsdf, v->materials, v->state.shape_bsdfs[s.shape->index], &v->textures,
-                        s.u, s.v, s.wi.z);
+        uint32_t material = v->state.shape_bsdfs[s.shape->index];
+        const struct bsdf_place at = surface_place(&s, &v->materials[material]);
+        bsdf_point_init(&bsdf, v->materials, material, &v->textures, &at);
         sampler_skip_to(sampler, path_dimension(depth));
         connect(&p, v, t, &s, &bsdf, sampler_next_2d(sampler));
         struct vec2 u = sampler_next_2d(sampler);
@@ -149,16 +150,18 @@ void path_add_buffers(const struct view *v, const struct trace_settings *t,
     struct surface s;
     struct bsdf_point b;
     surface_init(&s, v, primary, first);
-    bsdf_point_init(&b, v->materials, v->state.shape_bsdfs[s.shape->index], &v->textures, s.u, s.v,
-                    s.wi.z);
-    struct vec3 wo = vec3_neg(primary->d);
+    uint32_t material = v->state.shape_bsdfs[s.shape->index];
+    const struct bsdf_place at = surface_place(&s, &v->materials[material]);
+    bsdf_point_init(&b, v->materials, material, &v->textures, &at);
+    struct vec3 wo = vec3_neg(primary->d), n = s.frame.n;
+    if (b.is_turned) n = frame_to_world(&s.frame, bsdf_normal(&b));
     put3(buffers + BUFFER_POSITION, s.p);
-    put3(buffers + BUFFER_NORMAL, s.frame.n);
+    put3(buffers + BUFFER_NORMAL, n);
     put3(buffers + BUFFER_GEO_NORMAL, s.n);
     put3(buffers + BUFFER_ALBEDO, bsdf_albedo(&b));
     buffers[BUFFER_ROUGHNESS] += bsdf_roughness(&b);
     put3(buffers + BUFFER_WO, wo);
-    if (b.kind != BSDF_DIFFUSE) put3(buffers + BUFFER_WI, encode_direction(s.frame.n, wo));
+    if (b.kind != BSDF_DIFFUSE) put3(buffers + BUFFER_WI, encode_direction(n, wo));
     if (!t->hide_emitters)
         put3(buffers + BUFFER_EMISSION, light_surface_radiance(v, &s, primary->d));
     buffers[BUFFER_DEPTH] += s.t + offset;

@@ -147,7 +147,12 @@ static bool fetch(struct stream *s, const struct view *v, uint32_t i)
     }
     s->texture_u[i] = surface.u;
     s->texture_v[i] = surface.v;
-    if (m->has_direction) lanes3_set(&s->wo, i, surface.frame.s); /* dp/du, until it is used */
+    /* Tangents wait in lanes that are used later. */
+    if (m->has_direction) lanes3_set(&s->wo, i, surface.frame.s);
+    if (m->has_tangents) {
+        lanes3_set(&s->wo, i, surface.dp_du);
+        lanes3_set(&s->weight, i, surface.dp_dv);
+    }
     return false;
 }
 
@@ -177,10 +182,20 @@ static void emit(struct stream *s, const struct view *v, const struct trace_sett
 static void look_up_material(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf)
 {
     struct bsdf_point *b = &s->bsdf[i];
-    bsdf_point_init(b, v->materials, bsdf, &v->textures, s->texture_u[i], s->texture_v[i],
-                    s->wi.z[i]);
+    const struct material *m = &v->materials[bsdf];
+    struct surface surface = {
+        .u = s->texture_u[i], .v = s->texture_v[i], .wi = lanes3_get(&s->wi, i)};
+    if (m->has_tangents) {
+        surface.n = lanes3_get(&s->normal, i);
+        surface.frame = (struct frame){lanes3_get(&s->frame_s, i), lanes3_get(&s->frame_t, i),
+                                       lanes3_get(&s->frame_n, i)};
+        surface.dp_du = lanes3_get(&s->wo, i);
+        surface.dp_dv = lanes3_get(&s->weight, i);
+    }
+    const struct bsdf_place at = surface_place(&surface, m);
+    bsdf_point_init(b, v->materials, bsdf, &v->textures, &at);
     s->bsdf_is_smooth[i] = (b->lobes & LOBE_SMOOTH) != 0;
-    if (b->kind == BSDF_DIFFUSE && b->opacity == 1.0f) {
+    if (bsdf_is_diffuse(b)) {
         s->bsdf_side[i] = b->is_mirrored ? -1.0f : 1.0f;
         lanes3_set(&s->reflectance, i, b->reflectance);
     } else {

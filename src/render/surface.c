@@ -23,41 +23,53 @@ struct frame surface_frame_along(struct vec3 n, struct vec3 dp_du)
     return (struct frame){s, vec3_cross(n, s), n};
 }
 
-/* dp/du of a triangle with texture coordinates; zero where they do not span anything. */
-static struct vec3 mesh_dp_du(const struct world_shape *shape, const uint32_t *at)
+/* How the position changes with u and v. */
+struct tangents {
+    struct vec3 u, v;
+};
+
+/* Of a triangle with texture coordinates; zero where they do not span anything. */
+static struct tangents mesh_tangents(const struct world_shape *shape, const uint32_t *at)
 {
-    if (!shape->uvs) return vec3_splat(0.0f);
+    struct tangents none = {{0, 0, 0}, {0, 0, 0}};
+    if (!shape->uvs) return none;
     const float *a = shape->uvs + 2 * (size_t)at[0], *b = shape->uvs + 2 * (size_t)at[1],
                 *c = shape->uvs + 2 * (size_t)at[2];
     float du0 = b[0] - a[0], dv0 = b[1] - a[1], du1 = c[0] - a[0], dv1 = c[1] - a[1];
     float det = du0 * dv1 - dv0 * du1;
-    if (det == 0.0f) return vec3_splat(0.0f);
+    if (det == 0.0f) return none;
     struct vec3 p = load3(shape->positions + 3 * (size_t)at[0]);
     struct vec3 e0 = vec3_sub(load3(shape->positions + 3 * (size_t)at[1]), p);
     struct vec3 e1 = vec3_sub(load3(shape->positions + 3 * (size_t)at[2]), p);
-    return vec3_scale(vec3_sub(vec3_scale(e0, dv1), vec3_scale(e1, dv0)), 1.0f / det);
+    return (struct tangents){
+        vec3_scale(vec3_sub(vec3_scale(e0, dv1), vec3_scale(e1, dv0)), 1.0f / det),
+        vec3_scale(vec3_sub(vec3_scale(e1, du0), vec3_scale(e0, du1)), 1.0f / det)};
 }
 
-/* Quadrics: texture coordinates and dp/du at a point of the unit shape. */
-static struct vec3 quadric_uv(struct surface *s, enum shape_kind kind, struct vec3 local)
+/* Quadrics: texture coordinates and tangents at a point of the unit shape. */
+static struct tangents quadric_uv(struct surface *s, enum shape_kind kind, struct vec3 local)
 {
+    const float two_pi = 2.0f * MATH_PI;
     float phi = atan2f(local.y, local.x) * (0.5f * MATH_INV_PI);
     if (phi < 0.0f) phi += 1.0f;
+    float r = sqrtf(local.x * local.x + local.y * local.y);
+    float c = r > 0.0f ? local.x / r : 1.0f, sine = r > 0.0f ? local.y / r : 0.0f;
     if (kind == SHAPE_SPHERE) {
         float length = vec3_length(local);
         s->u = phi;
         s->v = acosf(min_float(max_float(local.z / length, -1.0f), 1.0f)) * MATH_INV_PI;
-        return vec3(-local.y, local.x, 0.0f);
+        return (struct tangents){
+            vec3(-local.y * two_pi, local.x * two_pi, 0.0f),
+            vec3(local.z * c * MATH_PI, local.z * sine * MATH_PI, -r * MATH_PI)};
     }
     if (kind == SHAPE_CYLINDER) {
         s->u = phi;
         s->v = local.z;
-        return vec3(-local.y, local.x, 0.0f);
+        return (struct tangents){vec3(-local.y * two_pi, local.x * two_pi, 0.0f), vec3(0, 0, 1)};
     }
-    float r = sqrtf(local.x * local.x + local.y * local.y);
     s->u = r;
     s->v = phi;
-    return r > 0.0f ? vec3(local.x / r, local.y / r, 0.0f) : vec3(1.0f, 0.0f, 0.0f);
+    return (struct tangents){vec3(c, sine, 0.0f), vec3(-local.y * two_pi, local.x * two_pi, 0.0f)};
 }
 
 void surface_fetch(struct surface *s, const struct view *v, const struct ray *r,
@@ -72,7 +84,9 @@ void surface_fetch(struct surface *s, const struct view *v, const struct ray *r,
     s->t = hit->t;
     s->p = vec3_madd(r->o, r->d, hit->t);
 
-    struct vec3 n = hit->ng, ns, dp_du = {0};
+    struct vec3 n = hit->ng, ns;
+    struct tangents tangents = {{0, 0, 0}, {0, 0, 0}};
+    bool has_tangents = material->has_direction || material->has_tangents;
     bool has_own_shading = false, needs_uv = material->has_uv || shape->emitter != SCENE_NONE;
     if (shape->kind == SHAPE_MESH) {
         const uint32_t *at = shape->indices + 3 * (size_t)hit->primitive;
@@ -90,7 +104,7 @@ void surface_fetch(struct surface *s, const struct view *v, const struct ray *r,
             s->u = hit->u;
             s->v = hit->v;
         }
-        if (material->has_direction) dp_du = mesh_dp_du(shape, at);
+        if (has_tangents) tangents = mesh_tangents(shape, at);
     } else {
         struct vec3 p = instance->is_identity ? s->p
                                               : transform_point_inverse(instance->to_world, s->p);
@@ -110,20 +124,27 @@ void surface_fetch(struct surface *s, const struct view *v, const struct ray *r,
             s->p = instance->is_identity ? p : transform_point(instance->to_world, p);
         }
         s->u = s->v = 0.0f;
-        if (needs_uv || material->has_direction) {
-            dp_du = quadric_uv(s, shape->kind, transform_point_inverse(shape->to_group, p));
-            dp_du = transform_vector(shape->to_group, dp_du);
+        if (needs_uv || has_tangents) {
+            tangents = quadric_uv(s, shape->kind, transform_point_inverse(shape->to_group, p));
+            tangents.u = transform_vector(shape->to_group, tangents.u);
+            tangents.v = transform_vector(shape->to_group, tangents.v);
         }
     }
     if (!instance->is_identity) {
         n = transform_normal(instance->to_world, n);
         if (has_own_shading) ns = transform_normal(instance->to_world, ns);
-        if (material->has_direction) dp_du = transform_vector(instance->to_world, dp_du);
+        if (has_tangents) {
+            tangents.u = transform_vector(instance->to_world, tangents.u);
+            tangents.v = transform_vector(instance->to_world, tangents.v);
+        }
     }
     if (!has_own_shading) ns = n;
     s->n = shape->is_flipped ? vec3_neg(n) : n;
     s->frame.n = shape->is_flipped ? vec3_neg(ns) : ns;
-    if (material->has_direction) s->frame.s = dp_du;
+    if (material->has_direction) s->frame.s = tangents.u;
+    if (!material->has_tangents) return;
+    s->dp_du = tangents.u;
+    s->dp_dv = tangents.v;
 }
 
 void surface_init(struct surface *s, const struct view *v, const struct ray *r,

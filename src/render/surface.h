@@ -7,11 +7,12 @@
 /* A point on a surface in world space. */
 struct surface {
     struct vec3 p;
-    struct vec3 n;      /* geometric normal, unit, on the shape's outer side */
-    struct frame frame; /* shading frame */
-    struct vec3 wi;     /* against the ray, in the shading frame */
-    float u, v;         /* texture coordinates */
-    float t;            /* along the ray */
+    struct vec3 n;            /* geometric normal, unit, on the shape's outer side */
+    struct frame frame;       /* shading frame */
+    struct vec3 wi;           /* against the ray, in the shading frame */
+    float u, v;               /* texture coordinates */
+    struct vec3 dp_du, dp_dv; /* materials with tangents only */
+    float t;                  /* along the ray */
     const struct world_shape *shape;
     uint32_t instance, primitive;
 };
@@ -44,6 +45,17 @@ static inline void surface_normals(struct vec3 *n, struct vec3 *shading)
 /* A frame around n whose s lies along dp/du, for materials that have a direction; any frame where
  * there is none. */
 struct frame surface_frame_along(struct vec3 n, struct vec3 dp_du);
+
+/* What a material wants to know. */
+static inline struct bsdf_place surface_place(const struct surface *s, const struct material *m)
+{
+    struct bsdf_place at = {.u = s->u, .v = s->v, .wi = s->wi};
+    if (!m->has_tangents) return at;
+    at.n = frame_to_local(&s->frame, s->n);
+    at.dp_du = frame_to_local(&s->frame, s->dp_du);
+    at.dp_dv = frame_to_local(&s->frame, s->dp_dv);
+    return at;
+}
 
 /* A point beside the surface point p with normal n, on the side of d, from which rays do not meet
  * the surface again. */

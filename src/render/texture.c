@@ -48,6 +48,31 @@ static struct vec3 bitmap_eval(const struct texture_set *set, const struct textu
     return vec3_madd(vec3_scale(top, 1.0f - wy), bottom, wy);
 }
 
+struct vec2 texture_gradient_1(const struct texture_set *set, uint32_t index, float u, float v)
+{
+    const struct texture *t = &set->textures[index];
+    if (t->kind != TEXTURE_BITMAP || t->filter == TEXTURE_NEAREST) return (struct vec2){0, 0};
+    const struct bitmap *b = &set->bitmaps[t->bitmap];
+    const float *decode = set->decode[t->is_raw];
+    float x = (t->to_uv[0][0] * u + t->to_uv[0][1] * v + t->to_uv[0][2]) * (float)b->width - 0.5f,
+          y = (t->to_uv[1][0] * u + t->to_uv[1][1] * v + t->to_uv[1][2]) * (float)b->height - 0.5f;
+    if (!(fabsf(x) < 1e9f && fabsf(y) < 1e9f)) return (struct vec2){0, 0};
+    float fx = floor_float(x), fy = floor_float(y), corner[2][2];
+    for (int j = 0; j < 2; j++)
+        for (int i = 0; i < 2; i++)
+            corner[j][i] = vec3_luminance(
+                vec3_mul(bitmap_texel(b, decode, wrap((int64_t)fx + i, b->width, t->wrap),
+                                      wrap((int64_t)fy + j, b->height, t->wrap)),
+                         t->value));
+    float wx = x - fx, wy = y - fy;
+    float dx = (corner[0][1] - corner[0][0]) * (1.0f - wy) + (corner[1][1] - corner[1][0]) * wy;
+    float dy = (corner[1][0] - corner[0][0]) * (1.0f - wx) + (corner[1][1] - corner[0][1]) * wx;
+    dx *= (float)b->width;
+    dy *= (float)b->height;
+    return (struct vec2){t->to_uv[0][0] * dx + t->to_uv[1][0] * dy,
+                         t->to_uv[0][1] * dx + t->to_uv[1][1] * dy};
+}
+
 /* Lines lie along whole numbers. */
 static bool on_line(const struct texture *t, float x, float y)
 {

@@ -2,6 +2,7 @@
 #ifndef RENDER_TEXTURE_H
 #define RENDER_TEXTURE_H
 
+#include "math/warp.h"
 #include "scene/scene.h"
 
 /*
@@ -40,6 +41,10 @@ static inline struct vec3 texture_eval_or(const struct texture_set *set, uint32_
 {
     return index == SCENE_NONE ? vec3_splat(otherwise) : texture_eval(set, index, u, v);
 }
+
+/* How such a number changes with u and v: the slope of the bilinear patch; 0 for what is constant
+ * but for edges. */
+struct vec2 texture_gradient_1(const struct texture_set *set, uint32_t index, float u, float v);
 
 /* Texel (x, y) of a bitmap as RGB; grey pictures are spread, alpha is ignored. */
 static inline struct vec3 bitmap_texel(const struct bitmap *b, const float decode[256], uint32_t x,

@@ -22,8 +22,11 @@ lmn_status view_new(const struct world *w, struct view **out, struct error *err)
     v->instances = mem_new(s->n_instances, sizeof *v->instances);
     v->committed = mem_new(s->n_instances, sizeof *v->committed);
     v->lights = mem_new(w->n_lights_max, sizeof *v->lights);
-    if ((!v->materials && s->n_bsdfs) || (!v->instances && s->n_instances) ||
-        (!v->committed && s->n_instances) || (!v->lights && w->n_lights_max)) {
+    uint32_t n_coats = material_count_coats(v->state.bsdfs, s->n_bsdfs);
+    v->coats = mem_new(n_coats, sizeof *v->coats);
+    if ((!v->coats && n_coats) || (!v->materials && s->n_bsdfs) ||
+        (!v->instances && s->n_instances) || (!v->committed && s->n_instances) ||
+        (!v->lights && w->n_lights_max)) {
         status = fail_memory(err, "view");
         goto done;
     }
@@ -49,6 +52,7 @@ void view_free(struct view *v)
     mem_free(v->instances);
     mem_free(v->committed);
     mem_free(v->lights);
+    mem_free(v->coats);
     mem_free(v);
 }
 
@@ -180,5 +184,5 @@ void view_refresh(struct view *v, bool is_first)
     refresh_lights(v);
     refresh_boxes(v);
     light_table_init(&v->table, v);
-    material_init(v->materials, v->state.bsdfs, s->n_bsdfs, &v->textures);
+    material_init(v->materials, v->state.bsdfs, s->n_bsdfs, &v->textures, v->coats);
 }

@@ -60,11 +60,12 @@ struct window {
  * sample). */
 enum buffer_channel {
     BUFFER_POSITION = 0,   /* xyz, scene units */
-    BUFFER_NORMAL = 3,     /* shading normal */
+    BUFFER_NORMAL = 3,     /* shading normal, after bump and normal maps */
     BUFFER_GEO_NORMAL = 6, /* geometric normal */
     BUFFER_ALBEDO =
-        9, /* as the paper's: diffuse reflectance; conductors and dielectrics: method notes 1.2 */
-    BUFFER_ROUGHNESS = 12, /* alpha; 1 for diffuse, 0 for perfectly smooth */
+        9, /* as the paper's: diffuse reflectance or base colour; of conductors and dielectrics the
+              specular reflectance if the scene gives one, else 0; phong: both; blends: the mean */
+    BUFFER_ROUGHNESS = 12, /* alpha; 1 for diffuse, 0 for perfectly smooth; blends: the mean */
     BUFFER_WO = 13,        /* towards the camera, world space, zero where nothing was hit */
     BUFFER_WI = 16,        /* the paper's encoding of it: in the shading frame with fixed tangent,
                               ((x+1)/2, (y+1)/2, |z|); zero on diffuse surfaces */

@@ -93,6 +93,7 @@ struct view {
     struct accel_top *top;
     struct texture_set textures;
     struct material *materials;      /* [n_bsdfs] */
+    struct coat *coats;              /* one for each rough plastic */
     struct view_instance *instances; /* [n_instances] */
     struct instance *committed;      /* [n_instances]: as the top level has them */
     struct light *lights;            /* [world->n_lights_max] */

@@ -9,7 +9,7 @@ static uint32_t unwrap(const struct builder *b, uint32_t index)
 {
     for (int depth = 0; depth < 64; depth++) {
         const struct bsdf *f = &b->bsdfs[index].bsdf;
-        if ((f->kind != BSDF_TWOSIDED && f->kind != BSDF_MASK) || f->child[0] >= b->n_bsdfs) break;
+        if (bsdf_n_children(f->kind) == 0 || f->child[0] >= b->n_bsdfs) break;
         index = f->child[0];
     }
     return index;
@@ -113,7 +113,8 @@ static lmn_status declare_glossy(struct declaring *d, uint32_t index,
             TRY(write_color(d, slot, "specular_reflectance.value", drive));
     }
     const struct bsdf *f = &b->bsdfs[index].bsdf;
-    bool is_rough = f->kind == BSDF_ROUGH_CONDUCTOR || f->kind == BSDF_ROUGH_DIELECTRIC;
+    bool is_rough = f->kind == BSDF_ROUGH_CONDUCTOR || f->kind == BSDF_ROUGH_DIELECTRIC ||
+                    f->kind == BSDF_ROUGH_PLASTIC;
     if (!has_alpha || r.range[3] == 0) goto done;
     if (!is_rough) {
         status = fail_at(d->err, said->place, "\"%s\" has a variable alpha but is not rough",
@@ -153,16 +154,17 @@ lmn_status authors_declare_bsdf(struct declaring *d, uint32_t index)
     if (said->n_extras == 0) said = &d->b->bsdfs[inner].object;
     switch (d->b->bsdfs[inner].bsdf.kind) {
     case BSDF_DIFFUSE:
+    case BSDF_ROUGH_DIFFUSE:
         return declare_diffuse(d, inner, said);
     case BSDF_PLASTIC:
+    case BSDF_ROUGH_PLASTIC:
+    case BSDF_THIN_DIELECTRIC:
     case BSDF_CONDUCTOR:
     case BSDF_ROUGH_CONDUCTOR:
     case BSDF_DIELECTRIC:
     case BSDF_ROUGH_DIELECTRIC:
         return declare_glossy(d, inner, said);
-    case BSDF_TWOSIDED:
-    case BSDF_MASK:
-        break;
+    default:
+        return LMN_OK;
     }
-    return LMN_OK;
 }

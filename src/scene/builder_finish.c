@@ -16,9 +16,19 @@ static void *arena_copy(struct arena *a, const void *from, size_t n, size_t size
 
 enum { MAX_BSDF_DEPTH = 8, MAX_INSTANCES = 1 << 22 };
 
-static bool transmits_itself(enum bsdf_kind kind)
+static bool is_zero(const struct texture *t)
 {
-    return kind == BSDF_DIELECTRIC || kind == BSDF_ROUGH_DIELECTRIC || kind == BSDF_MASK;
+    return t->kind == TEXTURE_CONSTANT && vec3_is_zero(t->value);
+}
+
+static bool transmits_itself(const struct builder *b, const struct bsdf *f)
+{
+    if (f->kind == BSDF_PRINCIPLED) {
+        uint32_t t = f->principled[PRINCIPLED_SPEC_TRANS];
+        return t < b->n_textures && !is_zero(&b->textures[t].texture);
+    }
+    return f->kind == BSDF_DIELECTRIC || f->kind == BSDF_ROUGH_DIELECTRIC ||
+           f->kind == BSDF_THIN_DIELECTRIC || f->kind == BSDF_NULL || f->kind == BSDF_MASK;
 }
 
 /* Nested materials are added before what holds them, so one pass in order sees children first. */
@@ -33,7 +43,7 @@ static lmn_status check_bsdfs(const struct builder *b, struct error *err)
     }
     for (uint32_t i = 0; i < b->n_bsdfs; i++) {
         const struct builder_bsdf *f = &b->bsdfs[i];
-        transmits[i] = transmits_itself(f->bsdf.kind);
+        transmits[i] = transmits_itself(b, &f->bsdf);
         for (int c = 0; c < 2; c++) {
             uint32_t child = f->bsdf.child[c];
             if (child == SCENE_NONE) continue;

@@ -7,9 +7,7 @@
 #include <string.h>
 
 #include "base/str.h"
-
-/* Wrappers within wrappers further down than this have no path through their parents. */
-enum { NESTING_MAX = 4 };
+#include "scene/params_private.h"
 
 const char *param_type_name(enum param_type type)
 {
@@ -32,15 +30,7 @@ const char *param_type_name(enum param_type type)
 
 /* ---- Walking the builder -------------------------------------------------------------------- */
 
-struct walk {
-    const struct builder *b;
-    struct target_list *list;
-    bool *is_bsdf_named, *is_emitter_named; /* has a path of its own already */
-    bool failed;
-};
-
-__attribute__((format(printf, 2, 3))) static const char *path_of(struct walk *w, const char *format,
-                                                                 ...)
+const char *walk_path(struct walk *w, const char *format, ...)
 {
     va_list args, again;
     va_start(args, format);
@@ -66,11 +56,11 @@ static void add(struct walk *w, const char *path, struct target t)
     w->list->items[w->list->n++] = t;
 }
 
-static void add_field(struct walk *w, const char *prefix, const char *name, enum builder_kind owner,
-                      uint32_t index, size_t offset, enum param_type type, double low, double high,
-                      bool is_alias)
+void walk_field(struct walk *w, const char *prefix, const char *name, enum builder_kind owner,
+                uint32_t index, size_t offset, enum param_type type, double low, double high,
+                bool is_alias)
 {
-    add(w, path_of(w, "%s.%s", prefix, name),
+    add(w, walk_path(w, "%s.%s", prefix, name),
         (struct target){.type = type,
                         .is_alias = is_alias,
                         .owner = owner,
@@ -88,94 +78,29 @@ static void walk_texture(struct walk *w, const char *prefix, uint32_t index, enu
     const struct texture *t = &w->b->textures[index].texture;
     /* A factor on a picture may brighten it. */
     double factor_high = t->kind == TEXTURE_CONSTANT ? high : 1e6;
-    add_field(w, prefix, "value", BUILDER_TEXTURE, index, offsetof(struct texture, value), type,
-              low, factor_high, is_alias);
+    walk_field(w, prefix, "value", BUILDER_TEXTURE, index, offsetof(struct texture, value), type,
+               low, factor_high, is_alias);
     if (t->kind != TEXTURE_CHECKERBOARD) return;
     static const char *const names[2] = {"color0", "color1"};
     const size_t offsets[2] = {offsetof(struct texture, color0), offsetof(struct texture, color1)};
     for (int i = 0; i < 2; i++) {
-        const char *color = path_of(w, "%s.%s", prefix, names[i]);
+        const char *color = walk_path(w, "%s.%s", prefix, names[i]);
         if (!color) return;
-        add_field(w, color, "value", BUILDER_TEXTURE, index, offsets[i], type, low, high, is_alias);
-        add_field(w, prefix, names[i], BUILDER_TEXTURE, index, offsets[i], type, low, high, true);
+        walk_field(w, color, "value", BUILDER_TEXTURE, index, offsets[i], type, low, high,
+                   is_alias);
+        walk_field(w, prefix, names[i], BUILDER_TEXTURE, index, offsets[i], type, low, high, true);
     }
 }
 
-/* A property that holds a texture: the choice of one, and what is inside. */
-static void walk_slot(struct walk *w, const char *prefix, const char *name, enum builder_kind owner,
-                      uint32_t index, size_t offset, uint32_t texture, enum param_type type,
-                      double low, double high, bool is_alias)
+void walk_slot(struct walk *w, const char *prefix, const char *name, enum builder_kind owner,
+               uint32_t index, size_t offset, uint32_t texture, enum param_type type, double low,
+               double high, bool is_alias)
 {
     if (texture >= w->b->n_textures) return;
-    add_field(w, prefix, name, owner, index, offset, PARAM_TEXTURE, 0, 0, is_alias);
-    const char *path = path_of(w, "%s.%s", prefix, name);
+    walk_field(w, prefix, name, owner, index, offset, PARAM_TEXTURE, 0, 0, is_alias);
+    const char *path = walk_path(w, "%s.%s", prefix, name);
     bool has_own_path = w->b->textures[texture].object.id != NULL;
     if (path) walk_texture(w, path, texture, type, low, high, is_alias || has_own_path);
-}
-
-/* is_short: the wrappers on the way here are left out of `prefix`. */
-static void walk_bsdf(struct walk *w, const char *prefix, uint32_t index, bool is_alias,
-                      bool is_short, int depth)
-{
-    if (!prefix || index >= w->b->n_bsdfs || depth > NESTING_MAX) return;
-    const struct builder_bsdf *o = &w->b->bsdfs[index];
-    const struct bsdf *f = &o->bsdf;
-    if (!is_short && !is_alias) {
-        if (w->is_bsdf_named[index]) is_alias = true;
-        w->is_bsdf_named[index] = true;
-    }
-#define SLOT(member, name, type, low, high)                                                   \
-    walk_slot(w, prefix, name, BUILDER_BSDF, index, offsetof(struct bsdf, member), f->member, \
-              type, low, high, is_alias)
-    switch (f->kind) {
-    case BSDF_DIFFUSE:
-        SLOT(reflectance, "reflectance", PARAM_RGB, 0, 1);
-        break;
-    case BSDF_PLASTIC:
-        SLOT(reflectance, "diffuse_reflectance", PARAM_RGB, 0, 1);
-        SLOT(specular_reflectance, "specular_reflectance", PARAM_RGB, 0, 1);
-        add_field(w, prefix, "eta", BUILDER_BSDF, index, offsetof(struct bsdf, eta), PARAM_FLOAT,
-                  1e-3, 1e3, is_alias);
-        break;
-    case BSDF_CONDUCTOR:
-    case BSDF_ROUGH_CONDUCTOR:
-        SLOT(eta_texture, "eta", PARAM_RGB, 0, 1e3);
-        SLOT(k_texture, "k", PARAM_RGB, 0, 1e3);
-        SLOT(specular_reflectance, "specular_reflectance", PARAM_RGB, 0, 1);
-        break;
-    case BSDF_DIELECTRIC:
-    case BSDF_ROUGH_DIELECTRIC:
-        SLOT(specular_reflectance, "specular_reflectance", PARAM_RGB, 0, 1);
-        SLOT(specular_transmittance, "specular_transmittance", PARAM_RGB, 0, 1);
-        add_field(w, prefix, "eta", BUILDER_BSDF, index, offsetof(struct bsdf, eta), PARAM_FLOAT,
-                  1e-3, 1e3, is_alias);
-        break;
-    case BSDF_TWOSIDED:
-    case BSDF_MASK:
-        break;
-    }
-    if (f->kind == BSDF_ROUGH_CONDUCTOR || f->kind == BSDF_ROUGH_DIELECTRIC) {
-        if (f->alpha_u == f->alpha_v) {
-            SLOT(alpha_u, "alpha", PARAM_FLOAT, 1e-4, 1);
-        } else {
-            SLOT(alpha_u, "alpha_u", PARAM_FLOAT, 1e-4, 1);
-            SLOT(alpha_v, "alpha_v", PARAM_FLOAT, 1e-4, 1);
-        }
-    }
-    if (f->kind == BSDF_MASK) SLOT(opacity, "opacity", PARAM_FLOAT, 0, 1);
-#undef SLOT
-    if (f->kind != BSDF_TWOSIDED && f->kind != BSDF_MASK) return;
-
-    int n = f->kind == BSDF_TWOSIDED && f->child[1] != f->child[0] ? 2 : 1;
-    for (int i = 0; i < n; i++) {
-        static const char *const sides[2] = {"brdf_0", "brdf_1"};
-        const char *name = f->kind == BSDF_MASK ? "nested_bsdf" : sides[i];
-        if (f->child[i] >= w->b->n_bsdfs) continue;
-        bool has_own_path = w->b->bsdfs[f->child[i]].object.id != NULL;
-        walk_bsdf(w, path_of(w, "%s.%s", prefix, name), f->child[i], is_alias || has_own_path,
-                  is_short, depth + 1);
-        if (i == 0) walk_bsdf(w, prefix, f->child[i], true, true, depth + 1);
-    }
 }
 
 const char *emitter_radiance_name(enum emitter_kind kind)
@@ -205,22 +130,22 @@ static void walk_emitter(struct walk *w, const char *prefix, uint32_t index, boo
               offsetof(struct emitter, radiance), e->radiance, PARAM_RGB, 0, 1e12, is_alias);
     walk_slot(w, prefix, "texture", BUILDER_EMITTER, index, offsetof(struct emitter, picture),
               e->picture, PARAM_RGB, 0, 1e12, is_alias);
-    add_field(w, prefix, "scale", BUILDER_EMITTER, index, offsetof(struct emitter, scale),
-              PARAM_FLOAT, 0, 1e12, is_alias);
+    walk_field(w, prefix, "scale", BUILDER_EMITTER, index, offsetof(struct emitter, scale),
+               PARAM_FLOAT, 0, 1e12, is_alias);
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
         if (numbers[i].kind != e->kind) continue;
-        add_field(w, prefix, numbers[i].name, BUILDER_EMITTER, index, numbers[i].offset,
-                  PARAM_FLOAT, numbers[i].low, numbers[i].high, is_alias);
+        walk_field(w, prefix, numbers[i].name, BUILDER_EMITTER, index, numbers[i].offset,
+                   PARAM_FLOAT, numbers[i].low, numbers[i].high, is_alias);
     }
     if (e->kind != EMITTER_CONSTANT && !emitter_is_surface(e->kind))
-        add_field(w, prefix, "to_world", BUILDER_EMITTER, index, offsetof(struct emitter, to_world),
-                  PARAM_TRANSFORM, 0, 0, is_alias);
+        walk_field(w, prefix, "to_world", BUILDER_EMITTER, index,
+                   offsetof(struct emitter, to_world), PARAM_TRANSFORM, 0, 0, is_alias);
 }
 
 static void walk_part(struct walk *w, const char *prefix, const char *name, enum builder_kind owner,
                       uint32_t index, enum target_part part, enum param_type type)
 {
-    add(w, path_of(w, "%s.%s", prefix, name),
+    add(w, walk_path(w, "%s.%s", prefix, name),
         (struct target){.type = type, .owner = owner, .index = index, .part = part});
 }
 
@@ -232,10 +157,10 @@ static void walk_shape(struct walk *w, uint32_t index)
     if (s->bsdf < w->b->n_bsdfs) {
         walk_part(w, s->name, "bsdf", BUILDER_SHAPE, index, PART_BSDF, PARAM_BSDF);
         bool has_own_path = w->b->bsdfs[s->bsdf].object.id != NULL;
-        walk_bsdf(w, path_of(w, "%s.bsdf", s->name), s->bsdf, has_own_path, false, 0);
+        walk_bsdf(w, walk_path(w, "%s.bsdf", s->name), s->bsdf, has_own_path, false, 0);
     }
     if (s->emitter < w->b->n_emitters)
-        walk_emitter(w, path_of(w, "%s.emitter", s->name), s->emitter, false);
+        walk_emitter(w, walk_path(w, "%s.emitter", s->name), s->emitter, false);
 }
 
 static void walk_sensor(struct walk *w, const char *prefix, bool is_alias)
@@ -259,16 +184,16 @@ static void walk_sensor(struct walk *w, const char *prefix, bool is_alias)
         {"scale_y", offsetof(struct sensor, scale_y), 1e-9, 1e12, FLAT},
     };
     const struct sensor *s = &w->b->sensor;
-    add_field(w, prefix, "to_world", BUILDER_SENSOR, 0, offsetof(struct sensor, to_world),
-              PARAM_TRANSFORM, 0, 0, is_alias);
+    walk_field(w, prefix, "to_world", BUILDER_SENSOR, 0, offsetof(struct sensor, to_world),
+               PARAM_TRANSFORM, 0, 0, is_alias);
     for (size_t i = 0; i < sizeof fields / sizeof *fields; i++) {
         if (!(fields[i].kinds & 1 << s->kind)) continue;
-        add_field(w, prefix, fields[i].name, BUILDER_SENSOR, 0, fields[i].offset, PARAM_FLOAT,
-                  fields[i].low, fields[i].high, is_alias);
+        walk_field(w, prefix, fields[i].name, BUILDER_SENSOR, 0, fields[i].offset, PARAM_FLOAT,
+                   fields[i].low, fields[i].high, is_alias);
     }
     if (s->kind != SENSOR_ORTHOGRAPHIC && s->fov_axis == FOV_X)
-        add_field(w, prefix, "x_fov", BUILDER_SENSOR, 0, offsetof(struct sensor, fov), PARAM_FLOAT,
-                  0.01, 179.9, true);
+        walk_field(w, prefix, "x_fov", BUILDER_SENSOR, 0, offsetof(struct sensor, fov), PARAM_FLOAT,
+                   0.01, 179.9, true);
 }
 
 static void walk_objects(struct walk *w)
@@ -304,7 +229,7 @@ static void walk_objects(struct walk *w)
         uint32_t index;
         do {
             uint32_t n = ++counts[kind];
-            name = n == 1 ? names[kind] : path_of(w, "%s_%u", names[kind], n);
+            name = n == 1 ? names[kind] : walk_path(w, "%s_%u", names[kind], n);
         } while (name && builder_find(b, name, &taken, &index));
         walk_emitter(w, name, i, false);
     }
@@ -330,7 +255,7 @@ static void add_short_names(struct walk *w)
         struct target t = w->list->items[i];
         const char *end = strchr(t.path, '.');
         if (!str_starts(t.path, "var_") || !end) continue;
-        const char *id = path_of(w, "%.*s", (int)(end - t.path), t.path);
+        const char *id = walk_path(w, "%.*s", (int)(end - t.path), t.path);
         if (!id || target_name(w->b, id) == id) continue;
         w->list->items[i].path = t.path + 4;
         t.is_alias = true;
@@ -492,9 +417,6 @@ static void add_value(struct str *out, const struct builder *b, const struct tar
                       const struct param *p, struct scene_state *state)
 {
     static const char *const textures[] = {"constant", "bitmap", "checkerboard"};
-    static const char *const bsdfs[] = {
-        "diffuse",         "conductor", "roughconductor", "dielectric",
-        "roughdielectric", "plastic",   "twosided",       "mask"};
     /* What no variable moves is in the vertices; what one moves has it there too, below the
      * instance: the declared transform is what a reader of the scene file expects. */
     if (t->owner == BUILDER_SHAPE && t->part == PART_TO_WORLD) {
@@ -533,7 +455,8 @@ static void add_value(struct str *out, const struct builder *b, const struct tar
     case PARAM_BSDF:
         memcpy(&index, value, sizeof index);
         if (index < b->n_bsdfs)
-            add_object_name(out, &b->bsdfs[index].object, bsdfs[b->bsdfs[index].bsdf.kind]);
+            add_object_name(out, &b->bsdfs[index].object,
+                            bsdf_kind_name(b->bsdfs[index].bsdf.kind));
         break;
     }
 }

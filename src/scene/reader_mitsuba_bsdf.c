@@ -4,14 +4,12 @@
 #include <string.h>
 
 #include "scene/materials.h"
-#include "scene/reader_mitsuba_private.h"
-
-/* One function per material; defaults are Mitsuba 3's. */
-typedef lmn_status bsdf_fn(struct props *p, struct bsdf *f);
+#include "scene/reader_mitsuba_bsdf.h"
 
 /* specular_reflectance and specular_transmittance stay absent when they are: 1 for the light, but
  * the buffers tell the difference (the paper's albedo of glass without a colour is 0). */
-static const struct vec3 half = {0.5f, 0.5f, 0.5f}, tenth = {0.1f, 0.1f, 0.1f};
+static const struct vec3 black = {0, 0, 0}, tenth = {0.1f, 0.1f, 0.1f}, fifth = {0.2f, 0.2f, 0.2f},
+                         half = {0.5f, 0.5f, 0.5f}, thirty = {30, 30, 30};
 
 /* ---- Shared properties -------------------------------------------------------------------- */
 
@@ -48,11 +46,16 @@ done:
 
 static lmn_status read_roughness(struct props *p, struct bsdf *f)
 {
-    static const char *const words[] = {"beckmann", "ggx"};
+    /* Mitsuba 0.x: "phong" and "as" take the exponent that looks like Beckmann's alpha. */
+    static const char *const words[] = {"beckmann", "ggx", "phong", "as"};
     lmn_status status = LMN_OK;
     uint32_t distribution = MICROFACET_BECKMANN;
     bool sample_visible = true;
-    TRY(props_choice(p, "distribution", words, 2, &distribution));
+    TRY(props_choice(p, "distribution", words, 4, &distribution));
+    if (distribution > MICROFACET_GGX) {
+        note_ignored(p->r, p->node, "distribution phong (read as beckmann)");
+        distribution = MICROFACET_BECKMANN;
+    }
     f->distribution = (enum microfacet_kind)distribution;
     /* How directions are drawn changes no expectation; visible normals are always used. */
     TRY(props_boolean(p, "sample_visible", &sample_visible));
@@ -105,20 +108,6 @@ static lmn_status read_conductor(struct props *p, struct bsdf *f)
     TRY(props_texture(p, "k", &k, &f->k_texture));
     TRY(divide_by_outside(p, f));
     TRY(props_texture(p, "specular_reflectance", NULL, &f->specular_reflectance));
-done:
-    return status;
-}
-
-static lmn_status read_child(struct props *p, uint32_t *index, bool is_needed)
-{
-    lmn_status status = LMN_OK;
-    struct xml_node *node;
-    TRY(props_object(p, EL_BSDF, &node));
-    if (!node && is_needed)
-        return fail_node(p->r, p->node, "<bsdf type=\"%s\"> needs a nested <bsdf>", p->type);
-    if (!node) return LMN_OK;
-    TRY(load_object(p->r, node));
-    *index = node->index;
 done:
     return status;
 }
@@ -182,25 +171,103 @@ done:
     return status;
 }
 
-static lmn_status read_twosided(struct props *p, struct bsdf *f)
+static lmn_status read_rough_plastic(struct props *p, struct bsdf *f)
 {
     lmn_status status = LMN_OK;
-    f->kind = BSDF_TWOSIDED;
-    TRY(read_child(p, &f->child[0], true));
-    f->child[1] = f->child[0];
-    TRY(read_child(p, &f->child[1], false));
+    TRY(read_plastic(p, f));
+    f->kind = BSDF_ROUGH_PLASTIC;
+    if (f->eta == 1.0f)
+        return fail_node(p->r, p->node, "roughplastic needs int_ior different from ext_ior");
+    TRY(read_roughness(p, f));
+    if (f->alpha_u != f->alpha_v)
+        return fail_node(p->r, p->node, "roughplastic has one \"alpha\" for all directions");
 done:
     return status;
 }
 
-static lmn_status read_mask(struct props *p, struct bsdf *f)
+static lmn_status read_thin_dielectric(struct props *p, struct bsdf *f)
+{
+    lmn_status status = read_dielectric(p, f);
+    f->kind = BSDF_THIN_DIELECTRIC;
+    return status;
+}
+
+static lmn_status read_rough_diffuse(struct props *p, struct bsdf *f)
 {
     lmn_status status = LMN_OK;
-    f->kind = BSDF_MASK;
-    TRY(props_texture(p, "opacity", &half, &f->opacity));
-    TRY(read_child(p, &f->child[0], true));
+    f->kind = BSDF_ROUGH_DIFFUSE;
+    TRY(props_texture(p,
+                      props_has(p, "diffuse_reflectance") ? "diffuse_reflectance" : "reflectance",
+                      &half, &f->reflectance));
+    TRY(props_texture(p, "alpha", &fifth, &f->alpha_u));
+    f->alpha_v = f->alpha_u;
+    TRY(props_boolean(p, "use_fast_approx", &f->is_approximate));
 done:
     return status;
+}
+
+static lmn_status read_phong(struct props *p, struct bsdf *f)
+{
+    lmn_status status = LMN_OK;
+    f->kind = strcmp(p->type, "phong") == 0 ? BSDF_PHONG : BSDF_BLINN_PHONG;
+    TRY(props_texture(p, "exponent", &thirty, &f->exponent));
+    TRY(props_texture(p, "diffuse_reflectance", &half, &f->reflectance));
+    TRY(props_texture(p, "specular_reflectance", &fifth, &f->specular_reflectance));
+done:
+    return status;
+}
+
+/* Index of refraction of a principled material: itself, or by the reflectance it gives. */
+static lmn_status read_specular(struct props *p, struct bsdf *f)
+{
+    lmn_status status = LMN_OK;
+    float specular = 0.5f;
+    if (props_has(p, "eta") && props_has(p, "specular"))
+        return fail_node(p->r, p->node, "either \"eta\" or \"specular\"");
+    if (props_has(p, "eta")) return props_positive(p, "eta", &f->eta);
+    TRY(props_float(p, "specular", &specular));
+    if (!(specular >= 0.0f && specular <= 1.0f))
+        return fail_node(p->r, p->node, "\"specular\" must be from 0 to 1");
+    f->eta = 2.0f / (1.0f - sqrtf(0.08f * specular)) - 1.0f;
+done:
+    return status;
+}
+
+static lmn_status read_principled(struct props *p, struct bsdf *f)
+{
+    static const char *const names[PRINCIPLED_SLOTS] = {
+        [PRINCIPLED_ANISOTROPIC] = "anisotropic",
+        [PRINCIPLED_METALLIC] = "metallic",
+        [PRINCIPLED_SPEC_TRANS] = "spec_trans",
+        [PRINCIPLED_SPEC_TINT] = "spec_tint",
+        [PRINCIPLED_SHEEN] = "sheen",
+        [PRINCIPLED_SHEEN_TINT] = "sheen_tint",
+        [PRINCIPLED_FLATNESS] = "flatness",
+        [PRINCIPLED_CLEARCOAT] = "clearcoat",
+        [PRINCIPLED_CLEARCOAT_GLOSS] = "clearcoat_gloss",
+    };
+    lmn_status status = LMN_OK;
+    f->kind = BSDF_PRINCIPLED;
+    TRY(props_texture(p, "base_color", &half, &f->reflectance));
+    TRY(props_texture(p, "roughness", &half, &f->alpha_u));
+    f->alpha_v = f->alpha_u;
+    for (int i = 0; i < PRINCIPLED_SLOTS; i++)
+        TRY(props_texture(p, names[i], &black, &f->principled[i]));
+    TRY(read_specular(p, f));
+    /* No light would be refracted at all. */
+    if (f->eta == 1.0f) f->eta = 1.001f;
+    TRY(props_positive(p, "diffuse_reflectance_sampling_rate", &f->diffuse_rate));
+    TRY(props_positive(p, "main_specular_sampling_rate", &f->specular_rate));
+    TRY(props_positive(p, "clearcoat_sampling_rate", &f->clearcoat_rate));
+done:
+    return status;
+}
+
+static lmn_status read_null(struct props *p, struct bsdf *f)
+{
+    (void)p;
+    f->kind = BSDF_NULL;
+    return LMN_OK;
 }
 
 /* ---- Table -------------------------------------------------------------------------------- */
@@ -215,23 +282,23 @@ static const struct {
     {"dielectric", read_dielectric},
     {"roughdielectric", read_rough_dielectric},
     {"plastic", read_plastic},
+    {"roughplastic", read_rough_plastic},
+    {"thindielectric", read_thin_dielectric},
+    {"roughdiffuse", read_rough_diffuse},
+    {"principled", read_principled},
+    {"phong", read_phong},
+    {"blinnphong", read_phong},
+    {"null", read_null},
     {"twosided", read_twosided},
     {"mask", read_mask},
-    {"roughdiffuse", NULL},
-    {"thindielectric", NULL},
-    {"roughplastic", NULL},
-    {"principled", NULL},
+    {"blendbsdf", read_blend},
+    {"mixturebsdf", read_mixture},
+    {"bumpmap", read_bumpmap},
+    {"normalmap", read_normalmap},
     {"principledthin", NULL},
-    {"phong", NULL},
-    {"blinnphong", NULL},
     {"ward", NULL},
     {"coating", NULL},
     {"roughcoating", NULL},
-    {"blendbsdf", NULL},
-    {"mixturebsdf", NULL},
-    {"bumpmap", NULL},
-    {"normalmap", NULL},
-    {"null", NULL},
     {"hair", NULL},
     {"measured", NULL},
     {"polarizer", NULL},
@@ -246,16 +313,7 @@ lmn_status load_bsdf(struct reader *r, struct xml_node *node, uint32_t *index)
     lmn_status status = LMN_OK;
     struct props p = props_of(r, node);
     struct builder_object object;
-    struct bsdf f = {.reflectance = SCENE_NONE,
-                     .specular_reflectance = SCENE_NONE,
-                     .specular_transmittance = SCENE_NONE,
-                     .alpha_u = SCENE_NONE,
-                     .alpha_v = SCENE_NONE,
-                     .eta_texture = SCENE_NONE,
-                     .k_texture = SCENE_NONE,
-                     .eta = 1.0f,
-                     .opacity = SCENE_NONE,
-                     .child = {SCENE_NONE, SCENE_NONE}};
+    struct bsdf f = bsdf_blank(BSDF_DIFFUSE);
     const char *names[N_PLUGINS];
     bsdf_fn *read = NULL;
     for (size_t i = 0; i < N_PLUGINS; i++) {

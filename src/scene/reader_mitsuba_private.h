@@ -127,7 +127,8 @@ lmn_status fail_unknown(struct reader *r, const struct xml_node *node, const cha
 lmn_status fail_unsupported(struct reader *r, const struct xml_node *node);
 
 bool props_has(struct props *p, const char *name);
-bool props_is_string(struct props *p, const char *name); /* given, and as a <string> */
+struct xml_node *props_child(struct props *p, const char *name); /* NULL when absent */
+bool props_is_string(struct props *p, const char *name);         /* given, and as a <string> */
 lmn_status props_float(struct props *p, const char *name, float *out);
 lmn_status props_positive(struct props *p, const char *name, float *out); /* > 0 */
 lmn_status props_integer(struct props *p, const char *name, int32_t min, int32_t max, int32_t *out);

@@ -61,6 +61,11 @@ static struct xml_node *take(struct props *p, const char *name)
     return NULL;
 }
 
+struct xml_node *props_child(struct props *p, const char *name)
+{
+    return take(p, name);
+}
+
 static lmn_status fail_type(struct props *p, const struct xml_node *c, const char *wanted)
 {
     return fail_node(p->r, c, "<%s name=\"%s\">: expected %s", c->name, xml_attribute(c, "name"),

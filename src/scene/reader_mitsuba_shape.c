@@ -304,16 +304,7 @@ static lmn_status read_surface(struct props *p, struct builder_shape *s)
         s->bsdf = node->index;
     } else {
         struct builder_object object = {.place = p->node->place};
-        struct bsdf f = {.kind = BSDF_DIFFUSE,
-                         .specular_reflectance = SCENE_NONE,
-                         .specular_transmittance = SCENE_NONE,
-                         .alpha_u = SCENE_NONE,
-                         .alpha_v = SCENE_NONE,
-                         .eta_texture = SCENE_NONE,
-                         .k_texture = SCENE_NONE,
-                         .eta = 1.0f,
-                         .opacity = SCENE_NONE,
-                         .child = {SCENE_NONE, SCENE_NONE}};
+        struct bsdf f = bsdf_blank(BSDF_DIFFUSE);
         struct vec3 value = s->emitter == SCENE_NONE ? half : black;
         TRY(builder_add_constant(r->b, object.place, value, &f.reflectance, r->err));
         TRY(builder_add_bsdf(r->b, &object, &f, &s->bsdf, r->err));

@@ -97,24 +97,58 @@ enum bsdf_kind {
     BSDF_DIELECTRIC,
     BSDF_ROUGH_DIELECTRIC,
     BSDF_PLASTIC,
-    BSDF_TWOSIDED, /* child[0] seen from the front, child[1] from the back */
-    BSDF_MASK      /* child[0] where opacity, straight through elsewhere */
+    BSDF_ROUGH_PLASTIC,
+    BSDF_THIN_DIELECTRIC,
+    BSDF_ROUGH_DIFFUSE, /* Oren & Nayar 1994 */
+    BSDF_PRINCIPLED,    /* Burley 2012, 2015 */
+    BSDF_PHONG,         /* modified Phong: Lafortune & Willems 1994 */
+    BSDF_BLINN_PHONG,
+    BSDF_NULL,      /* not there */
+    BSDF_TWOSIDED,  /* child[0] seen from the front, child[1] from the back */
+    BSDF_MASK,      /* child[0] where opacity, straight through elsewhere */
+    BSDF_BLEND,     /* (1 - weight) child[0] + weight child[1] */
+    BSDF_BUMPMAP,   /* child[0] under a normal that follows a height */
+    BSDF_NORMALMAP, /* child[0] under a normal from a picture */
+    BSDF_KINDS
 };
 enum microfacet_kind { MICROFACET_BECKMANN, MICROFACET_GGX };
+
+/* Textures of BSDF_PRINCIPLED beside reflectance (base_color) and alpha_u (roughness). */
+enum principled_slot {
+    PRINCIPLED_ANISOTROPIC,
+    PRINCIPLED_METALLIC,
+    PRINCIPLED_SPEC_TRANS,
+    PRINCIPLED_SPEC_TINT,
+    PRINCIPLED_SHEEN,
+    PRINCIPLED_SHEEN_TINT,
+    PRINCIPLED_FLATNESS,
+    PRINCIPLED_CLEARCOAT,
+    PRINCIPLED_CLEARCOAT_GLOSS,
+    PRINCIPLED_SLOTS
+};
 
 /* Indices are into state->textures unless said otherwise; unused ones are SCENE_NONE. */
 struct bsdf {
     enum bsdf_kind kind;
     enum microfacet_kind distribution;
-    uint32_t reflectance; /* diffuse; plastic: diffuse_reflectance */
+    uint32_t reflectance; /* diffuse, principled: base_color; plastic, phong: diffuse_reflectance */
     uint32_t specular_reflectance;
     uint32_t specular_transmittance; /* dielectrics */
-    uint32_t alpha_u, alpha_v;       /* rough: x channel */
+    uint32_t alpha_u, alpha_v;       /* rough: x channel; principled: roughness = alpha_u */
     uint32_t eta_texture, k_texture; /* conductors: complex index of refraction, RGB */
-    float eta;                       /* dielectrics, plastic: int_ior / ext_ior */
+    float eta;                       /* dielectrics, plastic: int_ior / ext_ior; principled */
     bool is_nonlinear;               /* plastic */
+    bool is_approximate;             /* rough diffuse: the short formula, without interreflection */
+    uint32_t exponent;               /* phong, blinn-phong */
     uint32_t opacity;                /* mask */
-    uint32_t child[2];               /* into state->bsdfs */
+    uint32_t weight;                 /* blend */
+    uint32_t normals;                /* bumpmap: height; normalmap: (n + 1) / 2 */
+    float scale;                     /* bumpmap: of the height */
+    bool flips_normals;              /* bumpmap, normalmap: normals never face away from the eye */
+    bool has_shadowing;              /* bumpmap, normalmap: soften the terminator */
+    uint32_t principled[PRINCIPLED_SLOTS];
+    float diffuse_rate, specular_rate, clearcoat_rate; /* principled: preference in sampling */
+    uint32_t child[2];                                 /* into state->bsdfs */
 };
 
 enum fov_axis { FOV_X, FOV_Y, FOV_DIAGONAL, FOV_SMALLER, FOV_LARGER };
@@ -130,6 +164,24 @@ enum emitter_kind {
     EMITTER_DIRECTIONAL_AREA, /* a surface that shines along its normals only */
     EMITTER_KINDS
 };
+/* A bsdf of that kind without textures and children. */
+struct bsdf bsdf_blank(enum bsdf_kind kind);
+
+/* How many children it has; a twosided material may have one twice. */
+static inline int bsdf_n_children(enum bsdf_kind kind)
+{
+    if (kind == BSDF_TWOSIDED || kind == BSDF_BLEND) return 2;
+    return kind == BSDF_MASK || kind == BSDF_BUMPMAP || kind == BSDF_NORMALMAP;
+}
+
+/* Every place of a bsdf that can hold a texture: offsets of its indices. */
+enum { BSDF_TEXTURES = 11 + PRINCIPLED_SLOTS };
+extern const uint32_t bsdf_texture_offsets[BSDF_TEXTURES];
+
+static inline uint32_t bsdf_texture(const struct bsdf *f, int i)
+{
+    return *(const uint32_t *)((const char *)f + bsdf_texture_offsets[i]);
+}
 
 struct emitter {
     enum emitter_kind kind;

@@ -63,17 +63,8 @@ uint32_t made_texture(struct made_scene *m, struct vec3 value)
 
 uint32_t made_bsdf(struct made_scene *m, enum bsdf_kind kind)
 {
-    m->bsdfs[m->scene.n_bsdfs] = (struct bsdf){.kind = kind,
-                                               .reflectance = SCENE_NONE,
-                                               .specular_reflectance = SCENE_NONE,
-                                               .specular_transmittance = SCENE_NONE,
-                                               .alpha_u = SCENE_NONE,
-                                               .alpha_v = SCENE_NONE,
-                                               .eta_texture = SCENE_NONE,
-                                               .k_texture = SCENE_NONE,
-                                               .opacity = SCENE_NONE,
-                                               .eta = 1.5f,
-                                               .child = {SCENE_NONE, SCENE_NONE}};
+    m->bsdfs[m->scene.n_bsdfs] = bsdf_blank(kind);
+    m->bsdfs[m->scene.n_bsdfs].eta = 1.5f;
     return m->scene.n_bsdfs++;
 }
 

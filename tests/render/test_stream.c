@@ -48,6 +48,7 @@ static void files(void **state)
     (void)state;
     glob_t found;
     assert_int_equal(glob(LMN_SOURCE_DIR "/scenes/tests/*.xml", 0, NULL, &found), 0);
+    assert_int_equal(glob(LMN_SOURCE_DIR "/scenes/tests/ours/*.xml", GLOB_APPEND, NULL, &found), 0);
     assert_true(found.gl_pathc >= 30);
     for (size_t i = 0; i < found.gl_pathc; i++) {
         struct scene_load_options options = {0};

@@ -114,8 +114,28 @@ static const struct bad cases[] = {
 
     /* materials */
     {"<bsdf type='difuse'/>", ":2:1: unknown bsdf \"difuse\"; did you mean \"diffuse\"?"},
-    {"<bsdf type='roughplastic'/>", ":2:1: <bsdf type=\"roughplastic\"> is not supported yet"},
-    {"<bsdf type='principled'/>", ":2:1: <bsdf type=\"principled\"> is not supported yet"},
+    {"<bsdf type='ward'/>", ":2:1: <bsdf type=\"ward\"> is not supported yet"},
+    {"<bsdf type='blendbsdf'><bsdf type='diffuse'/></bsdf>",
+     ":2:1: blendbsdf needs two nested <bsdf>"},
+    {"<bsdf type='bumpmap'><bsdf type='diffuse'/></bsdf>",
+     ":2:1: bumpmap needs a nested <texture>"},
+    {"<bsdf type='normalmap'><rgb name='normalmap' value='.5 .5 1'/></bsdf>",
+     ":2:1: <bsdf type=\"normalmap\"> needs a nested <bsdf>"},
+    {"<bsdf type='principled'><float name='eta' value='1.5'/><float name='specular' value='.5'/>"
+     "</bsdf>",
+     ":2:1: either \"eta\" or \"specular\""},
+    {"<bsdf type='principled'><float name='metalic' value='1'/></bsdf>",
+     ":2:25: <float name=\"metalic\">: unknown property of <bsdf type=\"principled\">; did you "
+     "mean "
+     "\"metallic\"?"},
+    {"<bsdf type='roughplastic'><float name='int_ior' value='1.000277'/></bsdf>",
+     ":2:1: roughplastic needs int_ior different from ext_ior"},
+    {"<bsdf type='mixturebsdf'><string name='weights' value='1, 2'/><bsdf type='diffuse'/></bsdf>",
+     ":2:26: 2 weights for 1 materials"},
+    {"<bsdf type='mixturebsdf'><bsdf type='diffuse'/></bsdf>",
+     ":2:1: mixturebsdf needs \"weights\""},
+    {"<bsdf type='phong'><float name='exponent' value='-1'/></bsdf>",
+     ":2:20: \"exponent\" must not be negative"},
     {"<bsdf type='roughconductor'><string name='distribution' value='gxx'/></bsdf>",
      ":2:29: unknown distribution \"gxx\"; did you mean \"ggx\"?"},
     {"<bsdf type='roughconductor'><float name='alpha' value='1'/><float name='alpha_u' "

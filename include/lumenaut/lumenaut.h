@@ -101,7 +101,8 @@ LMN_API float *lmn_image_data(lmn_image *image);
 LMN_API lmn_status lmn_image_set_attribute(lmn_context *context, lmn_image *image, const char *name,
                                            const char *value);
 
-/* EXR, PNG, JPEG, PFM; by content. PNG and JPEG come back as linear radiance (sRGB decoded). */
+/* EXR, PNG, JPEG, PFM, Radiance HDR, TGA, BMP; by content. Files of 8 and 16 bits come back as
+ * linear radiance (sRGB decoded). */
 LMN_API lmn_status lmn_image_load(lmn_context *context, const char *path, lmn_image **out);
 
 /* EXR (multilayer), PNG (sRGB of `exposure` * RGB, clamped) or PFM, by the path's extension. `path`

@@ -46,4 +46,18 @@ bool jpeg_is(const void *bytes, size_t size);
 lmn_status jpeg_decode(const char *path, const void *bytes, size_t size, struct bitmap *out,
                        struct error *err);
 
+/* Radiance RGBE. */
+bool hdr_is(const void *bytes, size_t size);
+lmn_status hdr_decode(const char *path, const void *bytes, size_t size, struct image *out,
+                      struct error *err);
+
+/* Ask for TGA last: it has no mark of its own. */
+bool tga_is(const void *bytes, size_t size);
+lmn_status tga_decode(const char *path, const void *bytes, size_t size, struct bitmap *out,
+                      struct error *err);
+
+bool bmp_is(const void *bytes, size_t size);
+lmn_status bmp_decode(const char *path, const void *bytes, size_t size, struct bitmap *out,
+                      struct error *err);
+
 #endif

@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "base/mem.h"
 #include "image/codecs.h"
+#include "image/half.h"
 
 /* Bytes of a file, and floats of an image, that we are willing to hold. */
 static const uint64_t max_file_size = (uint64_t)2 << 30, max_data_size = (uint64_t)4 << 30;
@@ -71,7 +72,9 @@ static lmn_status read_image_file(const char *path, char **bytes, size_t *size, 
 
 static lmn_status fail_format(const char *path, struct error *err)
 {
-    return fail(err, LMN_ERR_PARSE, "%s: not an image that can be read (EXR, PNG, JPEG or PFM)",
+    return fail(err, LMN_ERR_PARSE,
+                "%s: not an image that can be read (EXR, PNG, JPEG, PFM, HDR, TGA or "
+                "BMP)",
                 path);
 }
 
@@ -98,6 +101,29 @@ static lmn_status linear_image(const struct bitmap *b, struct image *im, struct 
     return LMN_OK;
 }
 
+/* The formats of floats: EXR, PFM, HDR. *is_one: it was one of them. */
+static lmn_status decode_floats(const char *path, const void *bytes, size_t size, bool colour_only,
+                                struct image *out, bool *is_one, struct error *err)
+{
+    *is_one = true;
+    if (exr_is(bytes, size)) return exr_decode(path, bytes, size, colour_only, out, err);
+    if (pfm_is(bytes, size)) return pfm_decode(path, bytes, size, out, err);
+    if (hdr_is(bytes, size)) return hdr_decode(path, bytes, size, out, err);
+    *is_one = false;
+    return LMN_OK;
+}
+
+/* All others. */
+static lmn_status decode_integers(const char *path, const void *bytes, size_t size,
+                                  struct bitmap *out, struct image *text, struct error *err)
+{
+    if (png_is(bytes, size)) return png_decode(path, bytes, size, out, text, err);
+    if (jpeg_is(bytes, size)) return jpeg_decode(path, bytes, size, out, err);
+    if (bmp_is(bytes, size)) return bmp_decode(path, bytes, size, out, err);
+    if (tga_is(bytes, size)) return tga_decode(path, bytes, size, out, err);
+    return fail_format(path, err);
+}
+
 lmn_status image_load(const char *path, struct image *out, struct error *err)
 {
     lmn_status status = LMN_OK;
@@ -105,19 +131,12 @@ lmn_status image_load(const char *path, struct image *out, struct error *err)
     struct bitmap b = {0};
     char *bytes = NULL;
     size_t size = 0;
+    bool has_floats;
     *out = (struct image){0};
     TRY(read_image_file(path, &bytes, &size, err));
-    if (exr_is(bytes, size)) {
-        TRY(exr_decode(path, bytes, size, false, &im, err));
-    } else if (pfm_is(bytes, size)) {
-        TRY(pfm_decode(path, bytes, size, &im, err));
-    } else {
-        if (png_is(bytes, size))
-            TRY(png_decode(path, bytes, size, &b, &im, err));
-        else if (jpeg_is(bytes, size))
-            TRY(jpeg_decode(path, bytes, size, &b, err));
-        else
-            TRY(fail_format(path, err));
+    TRY(decode_floats(path, bytes, size, false, &im, &has_floats, err));
+    if (!has_floats) {
+        TRY(decode_integers(path, bytes, size, &b, &im, err));
         TRY(linear_image(&b, &im, err));
     }
     *out = im;
@@ -127,6 +146,21 @@ done:
     bitmap_release(&b);
     mem_free(bytes);
     return status;
+}
+
+/* Half the memory, where that loses nothing. */
+static lmn_status make_half(const char *path, struct bitmap *b, struct error *err)
+{
+    size_t n = (size_t)b->width * b->height * b->n_channels, i = 0;
+    uint16_t h;
+    while (i < n && half_from_float(b->f32[i], &h)) i++;
+    if (i < n) return LMN_OK;
+    b->f16 = mem_new(n, sizeof *b->f16);
+    if (!b->f16) return fail_memory(err, path);
+    for (i = 0; i < n; i++) half_from_float(b->f32[i], &b->f16[i]);
+    mem_free(b->f32);
+    b->f32 = NULL;
+    return LMN_OK;
 }
 
 /* Takes the colour channels out of an image of floats, and checks that a texture can use them. */
@@ -162,22 +196,18 @@ lmn_status bitmap_load(const char *path, struct bitmap *out, struct error *err)
     struct image im = {0};
     char *bytes = NULL;
     size_t size = 0;
+    bool has_floats;
     *out = (struct bitmap){0};
     TRY(read_image_file(path, &bytes, &size, err));
-    if (png_is(bytes, size)) {
-        TRY(png_decode(path, bytes, size, out, NULL, err));
-    } else if (jpeg_is(bytes, size)) {
-        TRY(jpeg_decode(path, bytes, size, out, err));
-    } else {
-        if (exr_is(bytes, size))
-            TRY(exr_decode(path, bytes, size, true, &im, err));
-        else if (pfm_is(bytes, size))
-            TRY(pfm_decode(path, bytes, size, &im, err));
-        else
-            TRY(fail_format(path, err));
+    TRY(decode_floats(path, bytes, size, true, &im, &has_floats, err));
+    if (has_floats) {
         TRY(bitmap_from_image(path, &im, out, err));
+        TRY(make_half(path, out, err));
+    } else {
+        TRY(decode_integers(path, bytes, size, out, NULL, err));
     }
 done:
+    if (status != LMN_OK) bitmap_release(out);
     image_release(&im);
     mem_free(bytes);
     return status;
@@ -186,6 +216,7 @@ done:
 void bitmap_release(struct bitmap *b)
 {
     mem_free(b->u8);
+    mem_free(b->f16);
     mem_free(b->f32);
     *b = (struct bitmap){0};
 }

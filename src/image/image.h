@@ -37,9 +37,10 @@ lmn_status image_set_attribute(struct image *im, const char *name, const char *v
 int image_channel(const struct image *im, const char *name);
 
 /*
- * EXR, PNG, JPEG, PFM, by content (never by extension). 8 and 16 bit files are sRGB-decoded, alpha
- * excepted. Of an EXR: the first flat part (scan lines, or the full-size level of tiles), its data
- * window; R, G, B, A first, then layer by layer. Text attributes come along from EXR and PNG.
+ * EXR, PNG, JPEG, PFM, Radiance HDR, TGA, BMP, by content (never by extension). 8 and 16 bit files
+ * are sRGB-decoded, alpha excepted. Of an EXR: the first flat part (scan lines, or the full-size
+ * level of tiles), its data window; R, G, B, A first, then layer by layer. Text attributes come
+ * along from EXR and PNG.
  */
 lmn_status image_load(const char *path, struct image *out, struct error *err);
 
@@ -53,16 +54,17 @@ lmn_status image_save(const struct image *im, const char *path, const char *form
                       struct error *err);
 
 /*
- * A picture as a texture needs it: 8-bit files stay 8-bit (a quarter of the memory), float files
- * stay float. Channels interleaved, top row first, values as stored (no colour decoding). 1: grey,
- * 2: grey and alpha, 3: RGB, 4: RGB and alpha; other channels of an EXR are left out. Float values
- * are finite.
+ * A picture as a texture needs it: 8-bit files stay 8-bit (a quarter of the memory), files of
+ * floats that half floats can hold exactly become half floats, others stay float. Channels
+ * interleaved, top row first, values as stored (no colour decoding). 1: grey, 2: grey and alpha, 3:
+ * RGB, 4: RGB and alpha; other channels of an EXR are left out. Float values are finite.
  */
 struct bitmap {
     uint32_t width, height, n_channels; /* 1 to 4 */
-    uint8_t *u8;                        /* one of the two is set; owned */
+    uint8_t *u8;                        /* one of the three is set; owned */
+    uint16_t *f16;                      /* half.h */
     float *f32;
-    bool is_srgb; /* colours are sRGB-encoded (PNG, JPEG), not linear (EXR, PFM) */
+    bool is_srgb; /* colours are sRGB-encoded (PNG, JPEG, TGA, BMP), not linear (EXR, PFM, HDR) */
 };
 
 lmn_status bitmap_load(const char *path, struct bitmap *out, struct error *err);

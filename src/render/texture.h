@@ -2,6 +2,7 @@
 #ifndef RENDER_TEXTURE_H
 #define RENDER_TEXTURE_H
 
+#include "image/half.h"
 #include "math/warp.h"
 #include "scene/scene.h"
 
@@ -46,19 +47,32 @@ static inline struct vec3 texture_eval_or(const struct texture_set *set, uint32_
  * but for edges. */
 struct vec2 texture_gradient_1(const struct texture_set *set, uint32_t index, float u, float v);
 
+/* A float of a picture that may be sRGB-encoded (16-bit PNG): between the entries of the table. */
+static inline float decode_between(const float decode[256], float v)
+{
+    float x = min_float(max_float(v, 0.0f), 1.0f) * 255.0f, i = min_float(floor_float(x), 254.0f);
+    const float *p = decode + (int)i;
+    return p[0] + (x - i) * (p[1] - p[0]);
+}
+
 /* Texel (x, y) of a bitmap as RGB; grey pictures are spread, alpha is ignored. */
 static inline struct vec3 bitmap_texel(const struct bitmap *b, const float decode[256], uint32_t x,
                                        uint32_t y)
 {
     size_t at = ((size_t)y * b->width + x) * b->n_channels;
-    bool is_grey = b->n_channels < 3;
+    int g = b->n_channels < 3 ? 0 : 1, h = 2 * g;
     if (b->u8) {
         const uint8_t *p = b->u8 + at;
-        if (is_grey) return vec3_splat(decode[p[0]]);
-        return vec3(decode[p[0]], decode[p[1]], decode[p[2]]);
+        return vec3(decode[p[0]], decode[p[g]], decode[p[h]]);
+    }
+    if (b->f16) {
+        const uint16_t *p = b->f16 + at;
+        return vec3(half_to_float(p[0]), half_to_float(p[g]), half_to_float(p[h]));
     }
     const float *p = b->f32 + at;
-    return is_grey ? vec3_splat(p[0]) : vec3(p[0], p[1], p[2]);
+    if (!b->is_srgb) return vec3(p[0], p[g], p[h]);
+    return vec3(decode_between(decode, p[0]), decode_between(decode, p[g]),
+                decode_between(decode, p[h]));
 }
 
 /* Width / height of a bitmap, as projectors throw it; 1 for others. */

@@ -430,6 +430,7 @@ lmn_status builder_add_bitmap(struct builder *b, const char *path, struct place 
     if (status != LMN_OK) return fail_at(err, place, "%s", why.text);
     size_t n = (size_t)bitmap.width * bitmap.height * bitmap.n_channels;
     if (bitmap.u8) builder_hash(b, bitmap.u8, n);
+    if (bitmap.f16) builder_hash(b, bitmap.f16, n * sizeof(uint16_t));
     if (bitmap.f32) builder_hash(b, bitmap.f32, n * sizeof(float));
     p->bitmap_paths[b->n_bitmaps] = copy;
     store_index(index, b->n_bitmaps);

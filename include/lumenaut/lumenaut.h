@@ -214,6 +214,9 @@ typedef struct lmn_trace_options {
         half_buffers;    /* 1: append "a.R".. and "b.R"..: two independent halves of the samples */
     const char *sampler; /* NULL: the scene's; "independent" or "sobol" */
     const char *mis;     /* NULL: "power"; or "balance" */
+    /* NULL: "path"; or "path+photons": caustics by photons, gathered within a radius that shrinks
+     * with spp (biased by it, right in the limit); spp is then rounded up to even. */
+    const char *integrator;
 } lmn_trace_options;
 
 /* Path-traces one configuration. values: n_variables doubles, NULL for the defaults. options may be

@@ -70,15 +70,18 @@ static lmn_status choose(const char *what, const char *word, const char *const n
 }
 
 static lmn_status read_settings(const lmn_scene *scene, const lmn_trace_options *o,
-                                struct trace_settings *t, struct error *err)
+                                struct trace_settings *t, bool *has_photons, struct error *err)
 {
     static const char *const samplers[2] = {"independent", "sobol"};
     static const char *const weights[2] = {"power", "balance"};
+    static const char *const integrators[2] = {"path", "path+photons"};
     lmn_status status = LMN_OK;
     uint32_t choice = 0;
     trace_settings_init(t, scene->scene);
     if (o->spp) t->spp = o->spp;
-    if (o->half_buffers && t->spp < UINT32_MAX) t->spp += t->spp % 2;
+    if (o->integrator) TRY(choose("integrator", o->integrator, integrators, &choice, err));
+    *has_photons = choice == 1;
+    if ((o->half_buffers || *has_photons) && t->spp < UINT32_MAX) t->spp += t->spp % 2;
     if (o->has_max_depth) t->max_depth = o->max_depth;
     if (o->has_rr_depth) t->rr_depth = o->rr_depth;
     t->seed = o->seed;
@@ -147,11 +150,12 @@ lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const d
     struct window window;
     struct planes planes = {0};
     struct image image = {0};
+    bool has_photons;
     *out = NULL;
     TRY(options_copy("lmn_trace_options", options, &o, sizeof o, err));
     TRY(scene_window(scene, (uint32_t[2]){o.width, o.height},
                      (uint32_t[4]){o.crop_x, o.crop_y, o.crop_width, o.crop_height}, &window, err));
-    TRY(read_settings(scene, &o, &settings, err));
+    TRY(read_settings(scene, &o, &settings, &has_photons, err));
     TRY(scene_units(scene, values, scene->cache->u, err));
     TRY(add_plane(&planes, &window, 3, colour, &output.color, err));
     if (o.half_buffers) {
@@ -165,8 +169,9 @@ lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const d
     TRY(scene_view(scene, err));
     view_set(scene->cache->view, scene->cache->u);
     const double start_s = clock_wall_s();
-    TRY(view_trace_parallel(scene->cache->view, context->pool, &settings, &window, &output,
-                            context->progress, context->progress_user, err));
+    TRY((has_photons ? view_trace_photons : view_trace_parallel)(
+        scene->cache->view, context->pool, &settings, &window, &output, context->progress,
+        context->progress_user, err));
     if (render_s) *render_s = clock_wall_s() - start_s;
     interleave(&planes, &image);
     TRY(describe_image(&image, scene, scene->cache->u, settings.seed, settings.spp, err));

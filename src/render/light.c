@@ -200,38 +200,54 @@ static bool sample_sphere_cone(const struct light *l, const struct view_instance
 
 /* ---- All kinds ------------------------------------------------------------------------------- */
 
+/* By area, whatever the place that is lit. */
+static void sample_surface(const struct light *l, const struct view_instance *instance, float u1,
+                           float u2, struct area_sample *s)
+{
+    switch (l->shape->kind) {
+    case SHAPE_MESH:
+        sample_mesh(l, instance, u1, u2, s);
+        break;
+    case SHAPE_DISK:
+        sample_disk(l, instance, u1, u2, s);
+        break;
+    case SHAPE_CYLINDER:
+        sample_cylinder(l, instance, u1, u2, s);
+        break;
+    case SHAPE_SPHERE:
+        sample_sphere_area(l, instance, u1, u2, s);
+        break;
+    }
+}
+
+void light_point_sample(const struct view *v, const struct light *l, float u1, float u2,
+                        struct light_point *s)
+{
+    struct area_sample a = {0};
+    sample_surface(l, &v->instances[l->instance], u1, u2, &a);
+    *s = (struct light_point){a.p, a.n, emitted(v, l->emitter, a.u, a.v), a.pdf};
+}
+
 static bool sample_area(const struct view *v, const struct light *l, struct vec3 reference,
                         float u1, float u2, struct light_sample *s)
 {
     const struct view_instance *instance = &v->instances[l->instance];
     struct area_sample a = {0};
     float pdf = 0.0f, n_lights = (float)v->n_lights;
-    switch (l->shape->kind) {
-    case SHAPE_MESH:
-        sample_mesh(l, instance, u1, u2, &a);
-        break;
-    case SHAPE_DISK:
-        sample_disk(l, instance, u1, u2, &a);
-        break;
-    case SHAPE_CYLINDER:
-        sample_cylinder(l, instance, u1, u2, &a);
-        break;
-    case SHAPE_SPHERE:
-        if (sample_sphere_cone(l, instance, reference, u1, u2, &a, &pdf)) break;
-        sample_sphere_area(l, instance, u1, u2, &a);
-        break;
-    }
+    bool is_cone = l->shape->kind == SHAPE_SPHERE &&
+                   sample_sphere_cone(l, instance, reference, u1, u2, &a, &pdf);
+    if (!is_cone) sample_surface(l, instance, u1, u2, &a);
     s->p = a.p;
     struct vec3 radiance = emitted(v, l->emitter, a.u, a.v);
     bool is_found = light_sample_finish(s, reference, a.n, a.pdf, radiance, n_lights);
-    if (!is_found || pdf == 0.0f) return is_found;
-    s->pdf = pdf / n_lights; /* the cone's */
+    if (!is_found || !is_cone) return is_found;
+    s->pdf = pdf / n_lights;
     s->weight = vec3_scale(radiance, 1.0f / s->pdf);
     return true;
 }
 
-static bool sample_environment(const struct view *v, const struct light *l, float u1, float u2,
-                               struct light_sample *s)
+bool light_environment_sample(const struct view *v, const struct light *l, float u1, float u2,
+                              struct light_sample *s)
 {
     const struct emitter *e = &v->state.emitters[l->emitter];
     s->is_infinite = true;
@@ -260,7 +276,7 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
     s->p = vec3_splat(0.0f);
     s->is_delta = s->is_infinite = false;
     if (l->kind == EMITTER_AREA) return sample_area(v, l, reference, u1, u2, s);
-    bool is_found = emitter_is_environment(l->kind) ? sample_environment(v, l, u1, u2, s)
+    bool is_found = emitter_is_environment(l->kind) ? light_environment_sample(v, l, u1, u2, s)
                                                     : light_sample_delta(v, l, reference, s);
     if (!is_found || !(s->pdf > 0.0f) || !isfinite(s->pdf)) return false;
     s->pdf /= (float)v->n_lights;

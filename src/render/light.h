@@ -75,6 +75,18 @@ static inline bool light_table_sample(struct light_sample *s, const struct light
 /* Fills the view's table from its lights. */
 void light_table_init(struct light_table *t, const struct view *v);
 
+/* For photons. A point on an area light, uniform by area: density per area, and what it shines. */
+struct light_point {
+    struct vec3 p, n, radiance; /* n: unit, on the side that shines */
+    float pdf;
+};
+void light_point_sample(const struct view *v, const struct light *l, float u1, float u2,
+                        struct light_point *s);
+
+/* A direction to an environment: d, pdf (of d alone), and radiance as weight. */
+bool light_environment_sample(const struct view *v, const struct light *l, float u1, float u2,
+                              struct light_sample *s);
+
 /* Radiance that the surface sends along -d; zero when it does not shine or shows its back. */
 struct vec3 light_surface_radiance(const struct view *v, const struct surface *s, struct vec3 d);
 

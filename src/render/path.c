@@ -3,6 +3,7 @@
 
 #include "render/bsdf.h"
 #include "render/light.h"
+#include "render/photon.h"
 
 struct vec3 path_environment(const struct view *v, const struct trace_settings *t,
                              const struct path *p, struct vec3 d)
@@ -78,13 +79,13 @@ struct ray path_start(const struct camera *c, float x, float y, struct sampler *
 
 struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
                           const struct ray *primary, const struct hit *first,
-                          struct sampler *sampler)
+                          const struct photon_map *photons, struct sampler *sampler)
 {
     struct path p = {.throughput = {1, 1, 1}, .last_pdf = 1.0f, .last_is_delta = true, .eta = 1.0f};
     struct ray ray = *primary;
     struct hit hit = *first;
     for (int32_t depth = 0; t->max_depth != 0; depth++) {
-        bool shows_emitters = depth > 0 || !t->hide_emitters;
+        bool shows_emitters = (depth > 0 || !t->hide_emitters) && p.met != PATH_CAUSTIC;
         if (hit.shape == SCENE_NONE) {
             if (!shows_emitters || v->first_environment == v->n_lights) break;
             struct vec3 around = path_environment(v, t, &p, ray.d);
@@ -102,12 +103,19 @@ struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
         uint32_t material = v->state.shape_bsdfs[s.shape->index];
         const struct bsdf_place at = surface_place(&s, &v->materials[material]);
         bsdf_point_init(&bsdf, v->materials, material, &v->textures, &at);
+        bool is_caster = photons && photon_is_caster(&bsdf);
+        if (photons && !is_caster) {
+            struct vec3 caustic = photon_map_gather(photons, &s, &bsdf, t->max_depth - depth - 2);
+            p.radiance = vec3_add(p.radiance, vec3_mul(p.throughput, caustic));
+        }
         sampler_skip_to(sampler, path_dimension(depth));
-        connect(&p, v, t, &s, &bsdf, sampler_next_2d(sampler));
+        struct vec2 u_light = sampler_next_2d(sampler);
+        if (!is_caster || !(p.met & PATH_RECEIVER)) connect(&p, v, t, &s, &bsdf, u_light);
         struct vec2 u = sampler_next_2d(sampler);
         float u_lobe = sampler_next_1d(sampler), u_roulette = sampler_next_1d(sampler);
         struct bsdf_sample b = bsdf_sample(&bsdf, s.wi, u_lobe, u.x, u.y);
         if (!scatter(&p, t, depth, &s, &b, u_roulette, &ray)) break;
+        if (photons) p.met = photon_path_after(p.met, is_caster, b.lobe);
         accel_intersect(v->top, &ray, &hit);
     }
     return p.radiance;

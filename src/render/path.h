@@ -19,7 +19,8 @@ struct path {
     struct vec3 last_p; /* where the path last scattered, the density, and whether no light */
     float last_pdf;     /* sample could have found the direction */
     bool last_is_delta;
-    float eta; /* product of relative indices: undoes the scaling of radiance in roulette */
+    float eta;    /* product of relative indices: undoes the scaling of radiance in roulette */
+    uint32_t met; /* with photons: PATH_RECEIVER, PATH_CASTER */
 };
 
 /* Random numbers: the film has the first two, then a bounce has light 2, direction 2, lobe 1,
@@ -56,10 +57,11 @@ struct vec3 path_emission(const struct view *v, const struct trace_settings *t,
 struct ray path_start(const struct camera *c, float x, float y, struct sampler *sampler,
                       float *offset);
 
-/* Radiance along the primary ray whose hit is `hit`; the film has drawn its dimensions. */
+/* Radiance along the primary ray whose hit is `hit`; the film has drawn its dimensions. `photons`:
+ * those of the sample, or NULL. */
 struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
                           const struct ray *primary, const struct hit *hit,
-                          struct sampler *sampler);
+                          const struct photon_map *photons, struct sampler *sampler);
 
 /* Adds the first hit's BUFFER_* channels to buffers [BUFFER_CHANNELS], ids excepted. `offset`: how
  * far from the pinhole the ray starts. */

@@ -3,6 +3,7 @@
 
 #include "base/cpu.h"
 #include "render/light.h"
+#include "render/photon.h"
 
 const struct stream_kernels *stream_kernels_for(uint32_t cpu)
 {
@@ -25,6 +26,7 @@ void stream_add(struct stream *s, const struct stream_film *f, uint32_t x, uint3
     lanes3_set(&s->throughput, i, vec3_splat(1.0f));
     s->last_pdf[i] = s->eta[i] = 1.0f;
     s->last_is_delta[i] = true;
+    s->met[i] = 0;
     lanes3_set(&s->radiance, i, vec3_splat(0.0f));
 }
 
@@ -114,14 +116,15 @@ static struct path lane_path(const struct stream *s, uint32_t i)
 {
     return (struct path){.last_p = lanes3_get(&s->last_p, i),
                          .last_pdf = s->last_pdf[i],
-                         .last_is_delta = s->last_is_delta[i] != 0};
+                         .last_is_delta = s->last_is_delta[i] != 0,
+                         .met = s->met[i]};
 }
 
 static void miss(struct stream *s, const struct view *v, const struct trace_settings *t, uint32_t i,
                  bool shows_emitters)
 {
     s->is_alive[i] = false;
-    if (!shows_emitters || v->first_environment == v->n_lights) return;
+    if (!shows_emitters || s->met[i] == PATH_CAUSTIC || v->first_environment == v->n_lights) return;
     const struct path path = lane_path(s, i);
     struct vec3 around = path_environment(v, t, &path, lanes3_get(&s->d, i));
     add_radiance(s, i, vec3_mul(lanes3_get(&s->throughput, i), around));
@@ -203,6 +206,30 @@ static void look_up_material(struct stream *s, const struct view *v, uint32_t i,
     }
 }
 
+/* The photons of the sample that a lane belongs to; NULL: none. */
+static const struct photon_map *lane_photons(const struct stream *s, const struct trace_settings *t,
+                                             uint32_t i)
+{
+    return t->photons[s->sample[s->path[i]] & 1];
+}
+
+/* Adds caustics, where the surface receives them. */
+static void gather(struct stream *s, const struct trace_settings *t, uint32_t i, int32_t depth)
+{
+    const struct bsdf_point *b = &s->bsdf[i];
+    s->is_caster[i] = photon_is_caster(b);
+    if (s->is_caster[i]) return;
+    const struct surface surface = {.p = lanes3_get(&s->p, i),
+                                    .n = lanes3_get(&s->normal, i),
+                                    .frame = {lanes3_get(&s->frame_s, i),
+                                              lanes3_get(&s->frame_t, i),
+                                              lanes3_get(&s->frame_n, i)},
+                                    .wi = lanes3_get(&s->wi, i)};
+    struct vec3 caustic = photon_map_gather(lane_photons(s, t, i), &surface, b,
+                                            t->max_depth - depth - 2);
+    add_radiance(s, i, vec3_mul(lanes3_get(&s->throughput, i), caustic));
+}
+
 /* Adds what shines at the ends of the rays and works out the points there. False when no path goes
  * on. */
 static bool arrive(struct stream *s, const struct view *v, const struct trace_settings *t,
@@ -210,6 +237,7 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
 {
     bool shows_emitters = depth > 0 || !t->hide_emitters;
     bool is_last = t->max_depth >= 0 && depth + 1 >= t->max_depth;
+    bool has_photons = t->photons[0] != NULL;
     uint32_t n_alive = 0, n_special = 0, special[STREAM_SIZE];
     s->n_scalar = 0;
     for (uint32_t i = 0; i < s->n; i++) {
@@ -219,7 +247,7 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
             continue;
         }
         n_alive++;
-        if (!fetch(s, v, i)) special[n_special++] = i;
+        if (!fetch(s, v, i) || has_photons) special[n_special++] = i;
     }
     if (n_alive == 0) return false;
     v->world->kernels->surface(s);
@@ -228,8 +256,11 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
         const struct world_shape *shape = s->shape[i];
         uint32_t bsdf = v->state.shape_bsdfs[shape->index];
         if (v->materials[bsdf].has_direction) turn_frame(s, i);
-        if (shape->emitter != SCENE_NONE && shows_emitters) emit(s, v, t, i);
-        if (!is_last && !v->materials[bsdf].is_plain) look_up_material(s, v, i, bsdf);
+        if (shape->emitter != SCENE_NONE && shows_emitters && s->met[i] != PATH_CAUSTIC)
+            emit(s, v, t, i);
+        if (!is_last && (has_photons || !v->materials[bsdf].is_plain))
+            look_up_material(s, v, i, bsdf);
+        if (!is_last && has_photons) gather(s, t, i, depth);
     }
     return !is_last;
 }
@@ -256,6 +287,8 @@ static void connect(struct stream *s, const struct view *v, const struct trace_s
     if (v->n_lights == 0) return;
     for (uint32_t i = 0; i < s->n; i++) {
         s->has_light[i] = s->is_alive[i] && s->bsdf_is_smooth[i];
+        if (t->photons[0] && s->is_caster[i] && (s->met[i] & PATH_RECEIVER))
+            s->has_light[i] = false;
         if (s->has_light[i] && v->table.n == 0) sample_light(s, v, i);
     }
     if (v->table.n > 0) kernels->light(s, &v->table);
@@ -294,6 +327,7 @@ static void compact(struct stream *s)
         s->last_pdf[k] = s->last_pdf[i];
         s->last_is_delta[k] = s->last_is_delta[i];
         s->eta[k] = s->eta[i];
+        s->met[k] = s->met[i];
         s->seed[k] = s->seed[i];
         s->index[k] = s->index[i];
         s->rng_state[k] = s->rng_state[i];
@@ -315,7 +349,10 @@ static void scatter(struct stream *s, const struct view *v, const struct trace_s
         s->wo_pdf[i] = b.pdf;
         s->wo_eta[i] = b.eta;
         s->wo_is_delta[i] = (b.lobe & LOBE_DELTA) != 0;
+        if (t->photons[0]) s->met[i] = photon_path_after(s->met[i], s->is_caster[i], b.lobe);
     }
+    for (uint32_t i = 0; t->photons[0] && i < s->n; i++)
+        if (s->is_alive[i] && bsdf_is_diffuse(&s->bsdf[i])) s->met[i] = PATH_RECEIVER;
     v->world->kernels->scatter(s, depth + 1 >= t->rr_depth ? 0.0f : 1.0f);
     /* The last ray of a path can only add what it hits emits: where that is nothing for sure, it
      * need not be cast. */

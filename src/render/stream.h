@@ -56,6 +56,7 @@ struct stream {
     float last_pdf[STREAM_SIZE];
     uint32_t last_is_delta[STREAM_SIZE];
     float eta[STREAM_SIZE];
+    uint32_t met[STREAM_SIZE];
     uint32_t seed[STREAM_SIZE], index[STREAM_SIZE];           /* of the sampler: sobol */
     uint64_t rng_state[STREAM_SIZE], rng_stream[STREAM_SIZE]; /* independent */
 
@@ -67,6 +68,7 @@ struct stream {
 
     /* Its material. Diffuse ones are left to kernels. */
     uint32_t bsdf_is_smooth[STREAM_SIZE];   /* light samples can find it */
+    uint32_t is_caster[STREAM_SIZE];        /* with photons */
     uint32_t bsdf_is_twosided[STREAM_SIZE]; /* and plain */
     float bsdf_side[STREAM_SIZE];           /* -1 where seen from behind and two-sided, else 1 */
     struct lanes3 reflectance;

@@ -170,7 +170,7 @@ static void trace_tile(const struct job *j, uint32_t x, uint32_t y)
                 flush(j, &tile, &stream, origins);
             origins[stream.n] = (struct origin){.pixel = pixel, .sample = i};
             stream_add(&stream, &j->film, j->window.x + x + pixel % tile.width,
-                       j->window.y + y + pixel / tile.width, i);
+                       j->window.y + y + pixel / tile.width, j->settings.first_sample + i);
         }
     }
     flush(j, &tile, &stream, origins);
@@ -197,7 +197,8 @@ static struct ray start_path(const struct job *j, const struct tile *tile, const
     uint32_t x = j->window.x + tile->x + o->pixel % tile->width;
     uint32_t y = j->window.y + tile->y + o->pixel / tile->width;
     float cx = (float)x + 0.5f, cy = (float)y + 0.5f;
-    *sampler = sampler_start(f->sampler, f->seed, (uint64_t)y * f->width + x, o->sample);
+    *sampler = sampler_start(f->sampler, f->seed, (uint64_t)y * f->width + x,
+                             j->settings.first_sample + o->sample);
     struct vec2 u = sampler_next_2d(sampler);
     float px = cx + filter_sample(&f->filter, u.x, -cx, (float)f->width - cx);
     float py = cy + filter_sample(&f->filter, u.y, -cy, (float)f->height - cy);
@@ -220,7 +221,8 @@ static void trace_tile_plain(const struct job *j, uint32_t x, uint32_t y)
             accel_intersect(j->view->top, &ray, &hit);
             if (j->out.buffers) add_buffers(j, &tile, &o, &ray, offset, &hit);
             if (!j->needs_light) continue;
-            struct vec3 radiance = path_radiance(j->view, &j->settings, &ray, &hit, &sampler);
+            struct vec3 radiance = path_radiance(j->view, &j->settings, &ray, &hit,
+                                                 j->settings.photons[i & 1], &sampler);
             add_radiance(&tile, &o, radiance);
         }
     }

@@ -4,6 +4,7 @@
 
 #include "scene/scene.h"
 
+struct photon_map;
 struct pool;
 
 /*
@@ -44,6 +45,9 @@ struct trace_settings {
     enum filter_kind filter;
     float filter_radius, filter_stddev;
     uint64_t seed;
+    uint32_t first_sample; /* number of the first of the spp samples: even; 0 but in passes */
+    /* Photons for even and odd samples: caustics come from them. NULL: paths alone. */
+    const struct photon_map *photons[2];
 };
 
 void trace_settings_init(struct trace_settings *t, const struct scene *s);
@@ -93,6 +97,12 @@ void view_trace(const struct view *v, const struct trace_settings *t, const stru
  * or streams. Slower; tests compare view_trace() with it. */
 void view_trace_plain(const struct view *v, const struct trace_settings *t, const struct window *w,
                       struct trace_output *out);
+
+/* In passes of a few samples, each with photons of its own: see photon.h. Buffers as well. */
+lmn_status view_trace_photons(const struct view *v, struct pool *pool,
+                              const struct trace_settings *t, const struct window *w,
+                              struct trace_output *out, lmn_progress_fn *progress,
+                              void *progress_user, struct error *err);
 
 /* The same with all workers of the pool, in tiles of 32x32. `progress` may be NULL; returns
  * LMN_ERR_CANCELLED when it asks to stop. */

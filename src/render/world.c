@@ -63,7 +63,7 @@ static lmn_status init_shape(struct world *w, uint32_t index, struct error *err)
         shape->center = transform_point(&s->to_group, vec3_splat(0.0f));
         shape->radius = vec3_length(transform_vector(&s->to_group, vec3(1.0f, 0.0f, 0.0f)));
     }
-    if (s->emitter != SCENE_NONE) shape->bounds = shape_bounds(w->scene, s);
+    shape->bounds = shape_bounds(w->scene, s);
     if (s->kind == SHAPE_CYLINDER) {
         shape->radius = vec3_length(transform_vector(&s->to_group, vec3(1.0f, 0.0f, 0.0f)));
         float length = vec3_length(transform_vector(&s->to_group, vec3(0.0f, 0.0f, 1.0f)));

@@ -23,7 +23,7 @@ struct world_shape {
     uint32_t index;                   /* into scene->shapes */
     struct distribution area;         /* emissive meshes: triangles by area in group space */
     float total_area;                 /* emissive meshes, cylinders: in group space */
-    struct bounds bounds;             /* emissive shapes: in group space */
+    struct bounds bounds;             /* in group space */
     float flat_side; /* emissive meshes whose shading normals are those of the faces: 1;
                         opposite to them: -1; otherwise 0 */
 };

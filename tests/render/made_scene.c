@@ -6,6 +6,7 @@
 
 #include "base/cpu.h"
 #include "base/mem.h"
+#include "scene/bounds.h"
 
 /* Tests have no use for a half-made scene. */
 static void *must(void *p)
@@ -341,6 +342,8 @@ struct made_scene *made_all_kinds(uint32_t width, uint32_t height)
 
 struct view *made_view(struct made_scene *m)
 {
+    for (uint32_t i = 0; i < m->scene.n_groups; i++)
+        m->groups[i].bounds = group_bounds(&m->scene, &m->groups[i]);
     struct error err = {""};
     if (world_new(&m->scene, cpu_detect(), &m->world, &err) || view_new(m->world, &m->view, &err))
         abort();

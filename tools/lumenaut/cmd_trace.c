@@ -9,11 +9,12 @@ struct trace_args {
     struct scene_args scene;
     struct picture_args picture;
     uint32_t half_buffers;
-    uint32_t sampler, mis;
+    uint32_t sampler, mis, integrator;
 };
 
 static const char *const sampler_names[] = {NULL, "independent", "sobol"};
 static const char *const mis_names[] = {"power", "balance"};
+static const char *const integrator_names[] = {"path", "path+photons"};
 
 static const struct arg_option trace_options[] = {
     {.name = "half-buffers",
@@ -33,6 +34,12 @@ static const struct arg_option trace_options[] = {
      .help = "weights of multiple importance sampling",
      .choices = "power balance",
      .offset = offsetof(struct trace_args, mis)},
+    {.name = "integrator",
+     .type = ARG_CHOICE,
+     .argument = "NAME",
+     .help = "how light is found; photons bring caustics, biased a little at few samples",
+     .choices = "path path+photons",
+     .offset = offsetof(struct trace_args, integrator)},
 };
 
 static const struct arg_group groups[] = {
@@ -63,6 +70,7 @@ static void print_json(const struct trace_args *a, const lmn_scene *scene, const
     jo_end(&j);
     jo_count(&j, "spp", spp);
     jo_count(&j, "seed", a->picture.seed);
+    jo_string(&j, "integrator", integrator_names[a->integrator]);
     jo_number(&j, "render_s", render_s);
     jo_number(&j, "load_s", load_s);
     jo_number(&j, "paths_per_s", (double)width * height * spp / render_s);
@@ -109,12 +117,13 @@ static int run(void *args)
                                        .buffers = p->buffers,
                                        .half_buffers = a->half_buffers,
                                        .sampler = sampler_names[a->sampler],
-                                       .mis = mis_names[a->mis]};
+                                       .mis = mis_names[a->mis],
+                                       .integrator = integrator_names[a->integrator]};
     lmn_scene_get_info(scene, &info);
     const uint32_t width = p->has_crop ? p->crop[2] : p->has_size ? p->size[0] : info.width;
     const uint32_t height = p->has_crop ? p->crop[3] : p->has_size ? p->size[1] : info.height;
     uint32_t spp = p->spp ? p->spp : info.spp;
-    spp += a->half_buffers && spp % 2; /* the two halves are equal */
+    spp += (a->half_buffers || a->integrator) && spp % 2; /* two equal halves */
     app_detail(&app, "%s: %llu triangles, %u instances, %u variables", a->common.operands[0],
                (unsigned long long)info.n_triangles, info.n_instances, info.n_variables);
     app_begin(&app, "trace", "paths", (double)width * height * spp);

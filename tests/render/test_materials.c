@@ -1,0 +1,462 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Layered, mixed and mapped materials: the checks of bsdf_checks.h, and known values. */
+#include <math.h>
+
+#include "base/rng.h"
+#include "bsdf_checks.h"
+#include "render/fresnel.h"
+
+#include "../image/cmocka_all.h"
+
+/* ---- Materials by their descriptions --------------------------------------------------------- */
+
+enum { MAX_BSDFS = 64, MAX_TEXTURES = 256, MAX_COATS = 4 };
+
+/* A state in small. */
+struct shelf {
+    struct bsdf bsdfs[MAX_BSDFS];
+    struct material materials[MAX_BSDFS];
+    struct texture textures[MAX_TEXTURES];
+    struct coat coats[MAX_COATS];
+    struct texture_set set;
+    uint32_t n_bsdfs, n_textures;
+};
+
+static struct shelf shelf;
+
+static uint32_t color(float r, float g, float b)
+{
+    assert_true(shelf.n_textures < MAX_TEXTURES);
+    shelf.textures[shelf.n_textures] = (struct texture){.value = {r, g, b}};
+    return shelf.n_textures++;
+}
+
+static uint32_t number(float x)
+{
+    return color(x, x, x);
+}
+
+/* A new description, white in x. */
+static struct bsdf *put(enum bsdf_kind kind)
+{
+    assert_true(shelf.n_bsdfs < MAX_BSDFS);
+    struct bsdf *f = &shelf.bsdfs[shelf.n_bsdfs++];
+    *f = bsdf_blank(kind);
+    f->eta = 1.5f;
+    f->reflectance = color(1, 0.5f, 0.25f);
+    return f;
+}
+
+static uint32_t index_of(const struct bsdf *f)
+{
+    return (uint32_t)(f - shelf.bsdfs);
+}
+
+static struct bsdf *rough(enum bsdf_kind kind, enum microfacet_kind facets, float alpha)
+{
+    struct bsdf *f = put(kind);
+    f->distribution = facets;
+    f->alpha_u = f->alpha_v = number(alpha);
+    return f;
+}
+
+static struct bsdf *phong(enum bsdf_kind kind, float exponent)
+{
+    struct bsdf *f = put(kind);
+    f->reflectance = color(0.4f, 0.3f, 0.1f);
+    f->specular_reflectance = color(0.6f, 0.2f, 0.5f);
+    f->exponent = number(exponent);
+    return f;
+}
+
+static struct bsdf *blend(const struct bsdf *a, const struct bsdf *b, float weight)
+{
+    struct bsdf *f = put(BSDF_BLEND);
+    f->child[0] = index_of(a);
+    f->child[1] = index_of(b);
+    f->weight = number(weight);
+    return f;
+}
+
+static struct bsdf *around(enum bsdf_kind kind, const struct bsdf *child)
+{
+    struct bsdf *f = put(kind);
+    f->child[0] = f->child[1] = index_of(child);
+    return f;
+}
+
+/* A principled material with the slots that a list of (slot, value) names. */
+static struct bsdf *principled(float roughness, const float (*values)[2], int n)
+{
+    struct bsdf *f = put(BSDF_PRINCIPLED);
+    f->alpha_u = f->alpha_v = number(roughness);
+    for (int i = 0; i < PRINCIPLED_SLOTS; i++) f->principled[i] = number(0);
+    for (int i = 0; i < n; i++) f->principled[(int)values[i][0]] = number(values[i][1]);
+    return f;
+}
+
+static void prepare(void)
+{
+    shelf.set = (struct texture_set){.textures = shelf.textures};
+    material_init(shelf.materials, shelf.bsdfs, shelf.n_bsdfs, &shelf.set, shelf.coats);
+}
+
+static struct bsdf_point point_at(const struct bsdf *f, struct vec3 wi)
+{
+    struct bsdf_point p;
+    const struct bsdf_place at = {.wi = wi, .n = {0, 0, 1}, .dp_du = {1, 0, 0}, .dp_dv = {0, 1, 0}};
+    bsdf_point_init(&p, shelf.materials, index_of(f), &shelf.set, &at);
+    return p;
+}
+
+/* ---- Cases ----------------------------------------------------------------------------------- */
+
+enum { MAX_CASES = 48 };
+
+struct described {
+    const char *name;
+    const struct bsdf *bsdf;
+    double loss, gain;
+    bool has_back, is_irreciprocal;
+};
+
+static int describe(struct described *d)
+{
+    int n = 0;
+    shelf.n_bsdfs = shelf.n_textures = 0;
+    struct bsdf *white = put(BSDF_DIFFUSE), *mirror = put(BSDF_CONDUCTOR),
+                *nothing = put(BSDF_NULL);
+    struct bsdf *glass = put(BSDF_DIELECTRIC);
+    struct bsdf *metal = rough(BSDF_ROUGH_CONDUCTOR, MICROFACET_GGX, 0.3f);
+    struct bsdf *frost = rough(BSDF_ROUGH_DIELECTRIC, MICROFACET_GGX, 0.3f);
+
+    struct bsdf *f = rough(BSDF_ROUGH_PLASTIC, MICROFACET_BECKMANN, 0.1f);
+    d[n++] = (struct described){"rough plastic, Beckmann", f, .loss = 0.1};
+    f = rough(BSDF_ROUGH_PLASTIC, MICROFACET_GGX, 0.25f);
+    d[n++] = (struct described){"rough plastic, GGX", f, .loss = 0.35};
+    f = rough(BSDF_ROUGH_PLASTIC, MICROFACET_GGX, 0.7f);
+    f->is_nonlinear = true;
+    /* Light that meets another facet is lost, on the way in and out. */
+    d[n++] = (struct described){"rough plastic, nonlinear", f, .loss = 0.75};
+    d[n++] = (struct described){"thin dielectric", put(BSDF_THIN_DIELECTRIC), .loss = 1e-5,
+                                .has_back = true};
+    d[n++] = (struct described){"null", nothing, .loss = 1e-6, .has_back = true};
+    f = rough(BSDF_ROUGH_DIFFUSE, MICROFACET_BECKMANN, 0.2f);
+    d[n++] = (struct described){"rough diffuse", f, .loss = 0.1, .gain = 0.02};
+    f = rough(BSDF_ROUGH_DIFFUSE, MICROFACET_BECKMANN, 0.6f);
+    d[n++] = (struct described){"very rough diffuse", f, .loss = 0.25, .gain = 0.02};
+    f = rough(BSDF_ROUGH_DIFFUSE, MICROFACET_BECKMANN, 0.6f);
+    f->is_approximate = true;
+    d[n++] = (struct described){"rough diffuse, approximate", f, .loss = 0.35, .gain = 0.02};
+
+    static const float exponents[3] = {0, 12, 150};
+    for (int i = 0; i < 3; i++) {
+        d[n++] = (struct described){"phong", phong(BSDF_PHONG, exponents[i]), .loss = 0.6};
+        d[n++] = (struct described){"blinn-phong", phong(BSDF_BLINN_PHONG, exponents[i]),
+                                    .loss = 0.6, .gain = 0.05};
+    }
+
+    /* Burley's diffuse term grows towards grazing angles by design; sheen and coat come on top. */
+    d[n++] = (struct described){"principled", principled(0.5f, NULL, 0), .loss = 0.6, .gain = 0.2};
+    static const float paint[][2] = {
+        {PRINCIPLED_SPEC_TINT, 0.5f},  {PRINCIPLED_SHEEN, 0.6f},
+        {PRINCIPLED_SHEEN_TINT, 0.5f}, {PRINCIPLED_FLATNESS, 0.4f},
+        {PRINCIPLED_CLEARCOAT, 1.0f},  {PRINCIPLED_CLEARCOAT_GLOSS, 0.2f}};
+    d[n++] = (struct described){"principled paint", principled(0.3f, paint, 6), .loss = 0.6,
+                                .gain = 0.6};
+    static const float brushed[][2] = {{PRINCIPLED_METALLIC, 1.0f}, {PRINCIPLED_ANISOTROPIC, 0.8f}};
+    d[n++] = (struct described){"principled metal", principled(0.5f, brushed, 2), .loss = 0.5};
+    static const float clear[][2] = {{PRINCIPLED_SPEC_TRANS, 1.0f}};
+    d[n++] = (struct described){"principled glass", principled(0.5f, clear, 1), .loss = 0.5,
+                                .has_back = true};
+    static const float part[][2] = {
+        {PRINCIPLED_SPEC_TRANS, 0.6f}, {PRINCIPLED_METALLIC, 0.3f}, {PRINCIPLED_CLEARCOAT, 0.5f}};
+    /* From behind, only the part that is glass does anything. */
+    d[n++] = (struct described){
+        "principled, all of it", principled(0.6f, part, 3), .loss = 0.7, .gain = 0.2,
+        .has_back = false,       .is_irreciprocal = true};
+
+    d[n++] = (struct described){"blend of mirror and white", blend(mirror, white, 0.3f),
+                                .loss = 1e-5};
+    f = blend(blend(mirror, nothing, 0.4f), white, 0.5f);
+    d[n++] = (struct described){"blend of a blend", f, .loss = 1e-5};
+    d[n++] = (struct described){"blend of rough ones", blend(metal, white, 0.6f), .loss = 0.2};
+    d[n++] = (struct described){"blend of glass", blend(glass, frost, 0.5f), .loss = 0.15,
+                                .has_back = true};
+    f = put(BSDF_MASK);
+    f->child[0] = index_of(blend(frost, nothing, 0.25f));
+    f->opacity = number(0.7f);
+    d[n++] = (struct described){"masked blend", f, .loss = 0.2, .has_back = true};
+
+    /* A normal that leans to the side: light is lost below the surface. */
+    struct bsdf *leaning = around(BSDF_NORMALMAP, white);
+    leaning->normals = color(0.7f, 0.4f, 0.9f);
+    leaning->flips_normals = false;
+    d[n++] = (struct described){"normal map", leaning, .loss = 1, .is_irreciprocal = true};
+    f = around(BSDF_NORMALMAP, frost);
+    f->normals = color(0.65f, 0.55f, 0.95f);
+    f->flips_normals = f->has_shadowing = false;
+    d[n++] = (struct described){"normal map on frost", f, .loss = 1, .is_irreciprocal = true};
+    f = around(BSDF_NORMALMAP, blend(metal, white, 0.5f));
+    f->normals = color(0.4f, 0.3f, 0.9f);
+    f->flips_normals = false;
+    d[n++] = (struct described){"normal map on a blend", f, .loss = 1, .is_irreciprocal = true};
+    f = blend(leaning, metal, 0.5f);
+    d[n++] = (struct described){"blend with a normal map", f, .loss = 1, .is_irreciprocal = true};
+    assert_true(n <= MAX_CASES);
+    return n;
+}
+
+static int make_cases(struct material_case *cases)
+{
+    struct described d[MAX_CASES];
+    int n = describe(d);
+    prepare();
+    for (int i = 0; i < n; i++)
+        cases[i] = (struct material_case){.name = d[i].name,
+                                          .point = point_at(d[i].bsdf, vec3(0, 0, 1)),
+                                          .loss = d[i].loss,
+                                          .gain = d[i].gain,
+                                          .has_back = d[i].has_back,
+                                          .is_irreciprocal = d[i].is_irreciprocal};
+    return n;
+}
+
+static void directions_follow_the_density(void **state)
+{
+    (void)state;
+    struct material_case cases[MAX_CASES];
+    check_directions(cases, make_cases(cases));
+}
+
+static void weights_are_value_by_density(void **state)
+{
+    (void)state;
+    struct material_case cases[MAX_CASES];
+    check_weights(cases, make_cases(cases));
+}
+
+static void energy(void **state)
+{
+    (void)state;
+    struct material_case cases[MAX_CASES];
+    check_energy(cases, make_cases(cases));
+}
+
+static void reciprocity(void **state)
+{
+    (void)state;
+    struct material_case cases[MAX_CASES];
+    check_reciprocity(cases, make_cases(cases));
+}
+
+/* ---- Known values ---------------------------------------------------------------------------- */
+
+static struct vec3 direction(double theta, double phi)
+{
+    return vec3((float)(sin(theta) * cos(phi)), (float)(sin(theta) * sin(phi)), (float)cos(theta));
+}
+
+static void near(double value, double expected, double relative)
+{
+    if (!(fabs(value - expected) <= relative * fabs(expected)))
+        fail_msg("%.6f instead of %.6f", value, expected);
+}
+
+/* What comes back of light from wi, by a grid over the hemisphere (channel x). */
+static double reflected(const struct bsdf_point *p, struct vec3 wi)
+{
+    enum { N = 400 };
+    const double pi = 3.14159265358979;
+    double sum = 0;
+    for (int i = 0; i < N; i++) {
+        for (int j = 0; j < N; j++) {
+            struct vec3 value;
+            float pdf;
+            double theta = (i + 0.5) / N * pi / 2;
+            bsdf_eval(p, wi, direction(theta, (j + 0.5) / N * 2 * pi), &value, &pdf);
+            sum += (double)value.x * sin(theta);
+        }
+    }
+    return sum * (pi / 2 / N) * (2 * pi / N);
+}
+
+/* Oren and Nayar's equations 30 and 31 in angles. */
+static double oren_nayar(double sigma, double rho, double theta_i, double theta_r, double phi)
+{
+    const double pi = 3.14159265358979;
+    double alpha = fmax(theta_i, theta_r), beta = fmin(theta_i, theta_r), s2 = sigma * sigma;
+    double c1 = 1 - 0.5 * s2 / (s2 + 0.33);
+    double c2 = 0.45 * s2 / (s2 + 0.09) *
+                (sin(alpha) - (cos(phi) >= 0 ? 0 : pow(2 * beta / pi, 3)));
+    double c3 = 0.125 * s2 / (s2 + 0.09) * pow(4 * alpha * beta / (pi * pi), 2);
+    double l1 = rho / pi *
+                (c1 + cos(phi) * c2 * tan(beta) +
+                 (1 - fabs(cos(phi))) * c3 * tan((alpha + beta) / 2));
+    double l2 = 0.17 * rho * rho / pi * s2 / (s2 + 0.13) * (1 - cos(phi) * pow(2 * beta / pi, 2));
+    return l1 + l2;
+}
+
+static void rough_diffuse_is_the_papers(void **state)
+{
+    (void)state;
+    shelf.n_bsdfs = shelf.n_textures = 0;
+    struct bsdf *f = rough(BSDF_ROUGH_DIFFUSE, MICROFACET_BECKMANN, 0.7f);
+    prepare();
+    struct bsdf_point p = point_at(f, vec3(0, 0, 1));
+    for (int i = 0; i < 200; i++) {
+        double theta_i = 0.05 + 0.0072 * i, theta_o = 1.5 - 0.0068 * i, phi = 0.033 * i;
+        struct vec3 value;
+        float pdf;
+        bsdf_eval(&p, direction(theta_i, 0.3), direction(theta_o, 0.3 + phi), &value, &pdf);
+        near((double)value.y / cos(theta_o),
+             oren_nayar(0.7 / sqrt(2.0), 0.5, theta_i, theta_o, phi), 1e-3);
+    }
+}
+
+/* Both lobes are normalised: what falls in straight comes out, whatever the exponent. */
+static void phong_keeps_light_at_normal_incidence(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 8; i++) {
+        shelf.n_bsdfs = shelf.n_textures = 0;
+        struct bsdf *f = phong(i & 1 ? BSDF_PHONG : BSDF_BLINN_PHONG, (float)(7 * i));
+        prepare();
+        struct bsdf_point p = point_at(f, vec3(0, 0, 1));
+        near(reflected(&p, vec3(0, 0, 1)), 1.0, 1e-3);
+    }
+    /* Colours beyond 1 are scaled down. */
+    shelf.n_bsdfs = shelf.n_textures = 0;
+    struct bsdf *f = phong(BSDF_PHONG, 20);
+    f->reflectance = number(0.9f);
+    prepare();
+    struct bsdf_point p = point_at(f, vec3(0, 0, 1));
+    near(reflected(&p, vec3(0, 0, 1)), 1.0, 1e-3);
+}
+
+/* A very smooth rough plastic is plastic; one part of its table against sampling. */
+static void coats(void **state)
+{
+    (void)state;
+    static struct coat c;
+    for (int kind = 0; kind < 2; kind++) {
+        coat_init(&c, (enum microfacet_kind)kind, 1.5f);
+        coat_prepare(&c, 0.0f, 0.0f);
+        struct coat_at at = coat_at(&c, 0.0f);
+        for (float mu = 0.1f; mu < 1; mu += 0.1f) /* columns are interpolated */
+            near((double)coat_transmittance(&at, mu), 1 - (double)fresnel_dielectric(mu, 1.5f).r,
+                 2e-3);
+        near((double)coat_internal(&at), (double)fresnel_diffuse_reflectance(1 / 1.5f), 2e-2);
+        struct rng rng = rng_keyed(5, (uint64_t)kind, 0);
+        static const float alphas[] = {0.05f, 0.13f, 0.3f, 0.62f, 0.95f};
+        for (int a = 0; a < 5; a++) {
+            const struct microfacet f = microfacet((enum microfacet_kind)kind, alphas[a],
+                                                   alphas[a]);
+            coat_prepare(&c, alphas[a], alphas[a]);
+            at = coat_at(&c, alphas[a]);
+            for (float mu = 0.15f; mu < 1; mu += 0.4f) {
+                enum { SAMPLES = 200000 };
+                struct vec3 wi = vec3(sqrtf(1 - mu * mu), 0, mu);
+                double sum = 0;
+                for (int i = 0; i < SAMPLES; i++) {
+                    float u = rng_float(&rng), v = rng_float(&rng);
+                    struct vec3 m = microfacet_normal(&f, wi, u, v);
+                    struct fresnel t = fresnel_dielectric(vec3_dot(wi, m), 1.5f);
+                    struct vec3 wo = fresnel_refract(wi, m, t.cos_t, t.eta_ti);
+                    if (wo.z < 0) sum += (double)((1 - t.r) * microfacet_g1(&f, wo, m));
+                }
+                near((double)coat_transmittance(&at, mu), sum / SAMPLES, 5e-3);
+            }
+        }
+    }
+}
+
+/* Thin glass: the sum over reflections back and forth. */
+static void thin_glass(void **state)
+{
+    (void)state;
+    shelf.n_bsdfs = shelf.n_textures = 0;
+    struct bsdf *f = put(BSDF_THIN_DIELECTRIC);
+    prepare();
+    for (float z = -0.85f; z < 1; z += 0.3f) {
+        struct vec3 wi = vec3(sqrtf(1 - z * z), 0, z);
+        struct bsdf_point p = point_at(f, wi);
+        double r = (double)fresnel_dielectric(fabsf(z), 1.5f).r, t = 1 - r, sum = r;
+        for (int i = 1; i < 40; i += 2) sum += t * t * pow(r, i);
+        struct bsdf_sample s = bsdf_sample(&p, wi, 0.0f, 0.5f, 0.5f);
+        near((double)s.pdf, sum, 1e-4);
+        assert_true(s.lobe == LOBE_SPECULAR && s.wo.z * z > 0);
+        s = bsdf_sample(&p, wi, 0.9999f, 0.5f, 0.5f);
+        assert_true(s.lobe == LOBE_NULL && s.wo.z == -z && s.eta == 1.0f);
+    }
+}
+
+/* What a bump or normal map does to a mirror, and to the other side of a twosided one. */
+static void maps_turn_the_frame(void **state)
+{
+    (void)state;
+    shelf.n_bsdfs = shelf.n_textures = 0;
+    struct bsdf *mirror = put(BSDF_CONDUCTOR), *f = around(BSDF_NORMALMAP, mirror);
+    f->normals = color(0.65f, 0.5f, 0.5f * (1 + 0.9539392f)); /* (0.3, 0, 0.954) */
+    f->has_shadowing = false;
+    struct bsdf *inner = around(BSDF_TWOSIDED, f), *outer = around(BSDF_NORMALMAP, inner);
+    outer->normals = color(0.5f, 0.5f, 1.0f); /* straight up: changes nothing */
+    prepare();
+    struct vec3 n = vec3(0.3f, 0, 0.9539392f);
+    struct bsdf_point p = point_at(f, n);
+    struct bsdf_sample s = bsdf_sample(&p, n, 0.5f, 0.5f, 0.5f);
+    assert_true(vec3_length(vec3_sub(s.wo, n)) < 1e-5f);
+    assert_true(vec3_length(vec3_sub(bsdf_normal(&p), n)) < 1e-5f);
+    /* From behind, the map is mirrored with the frame. */
+    struct vec3 below = vec3(0.3f, 0, -0.9539392f);
+    for (int i = 0; i < 2; i++) {
+        p = point_at(i ? outer : inner, below);
+        s = bsdf_sample(&p, below, 0.5f, 0.5f, 0.5f);
+        assert_true(vec3_length(vec3_sub(s.wo, below)) < 1e-5f);
+        assert_true(s.weight.x > 0.999f);
+    }
+    /* A normal that faces away from the eye is flipped to the other side of the old one. */
+    struct vec3 grazing = vec3(-0.994987f, 0, 0.1f);
+    p = point_at(f, grazing);
+    assert_true(bsdf_normal(&p).x < -0.29f);
+    f->flips_normals = false;
+    p = point_at(f, grazing);
+    assert_true(bsdf_normal(&p).x > 0.29f);
+}
+
+/* Twosided paint behind paint: sides keep their own colours through wrappers. */
+static void buffers(void **state)
+{
+    (void)state;
+    shelf.n_bsdfs = shelf.n_textures = 0;
+    struct bsdf *red = put(BSDF_DIFFUSE),
+                *metal = rough(BSDF_ROUGH_CONDUCTOR, MICROFACET_GGX, 0.2f);
+    red->reflectance = color(1, 0, 0);
+    metal->specular_reflectance = color(0, 1, 0);
+    struct bsdf *f = blend(red, metal, 0.25f);
+    struct bsdf *shiny = phong(BSDF_PHONG, 30);
+    prepare();
+    struct bsdf_point p = point_at(f, vec3(0, 0, 1));
+    assert_true(bsdf_albedo(&p).x == 0.75f && bsdf_albedo(&p).y == 0.25f);
+    near((double)bsdf_roughness(&p), 0.75 + 0.25 * 0.2, 1e-6);
+    p = point_at(shiny, vec3(0, 0, 1));
+    near((double)bsdf_albedo(&p).x, 1.0, 1e-6);
+    near((double)bsdf_roughness(&p), 0.25, 1e-6);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(directions_follow_the_density),
+        cmocka_unit_test(weights_are_value_by_density),
+        cmocka_unit_test(energy),
+        cmocka_unit_test(reciprocity),
+        cmocka_unit_test(rough_diffuse_is_the_papers),
+        cmocka_unit_test(phong_keeps_light_at_normal_incidence),
+        cmocka_unit_test(coats),
+        cmocka_unit_test(thin_glass),
+        cmocka_unit_test(maps_turn_the_frame),
+        cmocka_unit_test(buffers),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -49,9 +49,14 @@ OUTSIDE_CASES = [
 ]
 
 
+# Skies by another model than Mitsuba's: docs/scene-format.md has how far they are apart.
+OTHER_MODEL = ("sunsky",)
+
+
 def own_cases():
     """The small scenes of this project, at their default configuration."""
-    return [Case(path.stem, path, size=64) for path in sorted((ROOT / "scenes/tests").glob("*.xml"))]
+    return [Case(path.stem, path, size=64) for path in sorted((ROOT / "scenes/tests").glob("*.xml"))
+            if path.stem not in OTHER_MODEL]
 
 
 def all_cases():

@@ -65,6 +65,17 @@ PROJECTOR = """
 """
 
 
+SUNSKY = """
+    <emitter type="sunsky">
+        <vector name="sun_direction" x="0.5" y="0.6" z="0.6"/>
+        <float name="turbidity" value="2.5"/>
+        <transform name="to_world">
+            <rotate x="1" angle="-90"/>
+        </transform>
+    </emitter>
+"""
+
+
 def glowing(kind, where, texture, extra=""):
     return f"""
     <shape type="{kind}">
@@ -129,6 +140,7 @@ def scenes(m):
     return {
         "spot": ("Two spots, one through a picture", things + SPOT),
         "directional": ("Light from two directions", things + DIRECTIONAL),
+        "sunsky": ("The sun in a clear sky", things + SUNSKY),
         "projector": ("Two projectors", things + PROJECTOR),
         "area_texture": ("Textured area lights: a sphere, a disk, a card, a mesh",
                          m.FLOOR

@@ -61,24 +61,32 @@ uint32_t distribution_sample(const struct distribution *d, float *u)
     return invert(d->cdf, d->n, u);
 }
 
-bool distribution2d_init(struct distribution2d *d, const float *weights, uint32_t width,
-                         uint32_t height)
+bool distribution2d_alloc(struct distribution2d *d, uint32_t width, uint32_t height)
 {
     *d = (struct distribution2d){.width = width, .height = height};
     d->rows = mem_new((size_t)height + 1, sizeof *d->rows);
     d->cells = mem_new((size_t)height * ((size_t)width + 1), sizeof *d->cells);
-    float *sums = mem_new(height, sizeof *sums);
-    bool ok = d->rows && d->cells && sums;
-    if (ok) {
-        for (uint32_t y = 0; y < height; y++)
-            sums[y] = (float)cumulate(weights + (size_t)y * width, width,
-                                      d->cells + (size_t)y * (width + 1));
-        cumulate(sums, height, d->rows);
-    } else {
-        distribution2d_release(d);
-    }
-    mem_free(sums);
-    return ok;
+    if (d->rows && d->cells) return true;
+    distribution2d_release(d);
+    return false;
+}
+
+void distribution2d_set(struct distribution2d *d, const float *weights)
+{
+    uint32_t width = d->width, height = d->height;
+    float *sums = d->rows + 1; /* where cumulate() reads each before it overwrites it */
+    for (uint32_t y = 0; y < height; y++)
+        sums[y] = (float)cumulate(weights + (size_t)y * width, width,
+                                  d->cells + (size_t)y * (width + 1));
+    cumulate(sums, height, d->rows);
+}
+
+bool distribution2d_init(struct distribution2d *d, const float *weights, uint32_t width,
+                         uint32_t height)
+{
+    if (!distribution2d_alloc(d, width, height)) return false;
+    distribution2d_set(d, weights);
+    return true;
 }
 
 void distribution2d_release(struct distribution2d *d)

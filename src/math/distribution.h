@@ -39,6 +39,10 @@ struct distribution2d {
     uint32_t width, height;
 };
 
+/* In two steps, of which the second allocates nothing and may be repeated. */
+bool distribution2d_alloc(struct distribution2d *d, uint32_t width, uint32_t height);
+void distribution2d_set(struct distribution2d *d, const float *weights);
+
 /* weights [height][width], per cell (not per area of anything else). */
 bool distribution2d_init(struct distribution2d *d, const float *weights, uint32_t width,
                          uint32_t height);

@@ -246,24 +246,6 @@ static bool sample_area(const struct view *v, const struct light *l, struct vec3
     return true;
 }
 
-bool light_environment_sample(const struct view *v, const struct light *l, float u1, float u2,
-                              struct light_sample *s)
-{
-    const struct emitter *e = &v->state.emitters[l->emitter];
-    s->is_infinite = true;
-    if (l->kind == EMITTER_CONSTANT) {
-        s->d = warp_sphere(u1, u2);
-        s->pdf = WARP_SPHERE_PDF;
-        s->weight = emitted(v, l->emitter, 0.0f, 0.0f);
-        return true;
-    }
-    const struct world_envmap *map = &v->world->envmaps[e->bitmap];
-    struct vec3 d = envmap_sample(map, u1, u2, &s->pdf);
-    s->weight = vec3_scale(envmap_eval(map, d), e->scale);
-    s->d = vec3_normalize(transform_vector(&e->to_world, d));
-    return true;
-}
-
 bool light_sample(const struct view *v, struct vec3 reference, float u1, float u2,
                   struct light_sample *s)
 {
@@ -315,21 +297,4 @@ float light_surface_pdf(const struct view *v, struct vec3 reference, const struc
     }
     }
     return cosine > 0.0f ? per_area * distance * distance / (cosine * (float)v->n_lights) : 0.0f;
-}
-
-struct vec3 light_environment_radiance(const struct view *v, const struct light *l, struct vec3 d)
-{
-    const struct emitter *e = &v->state.emitters[l->emitter];
-    if (l->kind == EMITTER_CONSTANT) return emitted(v, l->emitter, 0.0f, 0.0f);
-    struct vec3 local = vec3_normalize(transform_vector_inverse(&e->to_world, d));
-    return vec3_scale(envmap_eval(&v->world->envmaps[e->bitmap], local), e->scale);
-}
-
-float light_environment_pdf(const struct view *v, const struct light *l, struct vec3 d)
-{
-    const struct emitter *e = &v->state.emitters[l->emitter];
-    float choice = 1.0f / (float)v->n_lights;
-    if (l->kind == EMITTER_CONSTANT) return WARP_SPHERE_PDF * choice;
-    struct vec3 local = vec3_normalize(transform_vector_inverse(&e->to_world, d));
-    return envmap_pdf(&v->world->envmaps[e->bitmap], local) * choice;
 }

@@ -83,10 +83,6 @@ struct light_point {
 void light_point_sample(const struct view *v, const struct light *l, float u1, float u2,
                         struct light_point *s);
 
-/* A direction to an environment: d, pdf (of d alone), and radiance as weight. */
-bool light_environment_sample(const struct view *v, const struct light *l, float u1, float u2,
-                              struct light_sample *s);
-
 /* Radiance that the surface sends along -d; zero when it does not shine or shows its back. */
 struct vec3 light_surface_radiance(const struct view *v, const struct surface *s, struct vec3 d);
 
@@ -95,10 +91,20 @@ struct vec3 light_surface_radiance(const struct view *v, const struct surface *s
 float light_surface_pdf(const struct view *v, struct vec3 reference, const struct surface *s,
                         struct vec3 d, float distance);
 
-/* Environments, lights v->first_environment and on: radiance arriving along -d, and the density of
- * choosing d. */
+/* Environments, lights v->first_environment and on (light_environment.c): radiance arriving along
+ * -d, and the density of choosing d. */
 struct vec3 light_environment_radiance(const struct view *v, const struct light *l, struct vec3 d);
 float light_environment_pdf(const struct view *v, const struct light *l, struct vec3 d);
+
+/* A direction to an environment: d, pdf (of d alone), and radiance as weight. */
+bool light_environment_sample(const struct view *v, const struct light *l, float u1, float u2,
+                              struct light_sample *s);
+
+/* The sky of an EMITTER_SKY. Refreshing it costs a millisecond where turbidity or the sun's
+ * elevation changed, else nothing. */
+bool sky_init(struct sky *s);
+void sky_release(struct sky *s);
+void sky_refresh(struct sky *s, const struct emitter *e);
 
 /* Points, spots, projectors, directional light: light_delta.c. What of the emitter's values is the
  * same for all samples; then a sample, before the choice of the light counts. */
@@ -107,6 +113,9 @@ bool light_sample_delta(const struct view *v, const struct light *l, struct vec3
                         struct light_sample *s);
 
 /* Envmaps: light_envmap.c. d is in the map's own space. */
+bool envmap_alloc(struct world_envmap *e, uint32_t width, uint32_t height, float span);
+/* Readies a map whose rgb is filled in; weights [height - 1][width] are scratch. */
+void envmap_weigh(struct world_envmap *e, float *weights);
 bool envmap_init(struct world_envmap *e, const struct bitmap *b, const float decode[256]);
 void envmap_release(struct world_envmap *e);
 struct vec3 envmap_eval(const struct world_envmap *e, struct vec3 d);

@@ -18,14 +18,40 @@ static struct vec3 node(const struct world_envmap *e, uint32_t x, uint32_t y)
     return vec3(p[0], p[1], p[2]);
 }
 
+bool envmap_alloc(struct world_envmap *e, uint32_t width, uint32_t height, float span)
+{
+    *e = (struct world_envmap){.width = width, .height = height, .span = span};
+    e->rgb = mem_new((size_t)width * height, 3 * sizeof(float));
+    if (e->rgb && distribution2d_alloc(&e->cells, width, height - 1)) return true;
+    envmap_release(e);
+    return false;
+}
+
+void envmap_weigh(struct world_envmap *e, float *weights)
+{
+    uint32_t width = e->width, n_rows = e->height - 1;
+    for (uint32_t y = 0; y < n_rows; y++) {
+        float area = cosf(e->span * (float)y / (float)n_rows) -
+                     cosf(e->span * (float)(y + 1) / (float)n_rows);
+        for (uint32_t x = 0; x < width; x++) {
+            uint32_t right = x + 1 < width ? x + 1 : 0;
+            struct vec3 sum = vec3_add(vec3_add(node(e, x, y), node(e, right, y)),
+                                       vec3_add(node(e, x, y + 1), node(e, right, y + 1)));
+            weights[(size_t)y * width + x] = vec3_luminance(sum) * area;
+        }
+    }
+    distribution2d_set(&e->cells, weights);
+}
+
 bool envmap_init(struct world_envmap *e, const struct bitmap *b, const float decode[256])
 {
-    uint32_t width = b->width, height = b->height < 2 ? 2 : b->height, n_rows = height - 1;
-    *e = (struct world_envmap){.width = width, .height = height};
-    e->rgb = mem_new((size_t)width * height, 3 * sizeof(float));
-    float *weights = mem_new((size_t)width * n_rows, sizeof(float));
-    bool ok = e->rgb && weights;
-    for (uint32_t y = 0; ok && y < height; y++) {
+    uint32_t width = b->width, height = b->height < 2 ? 2 : b->height;
+    float *weights = mem_new((size_t)width * (height - 1), sizeof(float));
+    if (!weights || !envmap_alloc(e, width, height, MATH_PI)) {
+        mem_free(weights);
+        return false;
+    }
+    for (uint32_t y = 0; y < height; y++) {
         for (uint32_t x = 0; x < width; x++) {
             struct vec3 c = bitmap_texel(b, decode, x, y < b->height ? y : b->height - 1);
             /* Negative and broken texels would make densities that are none. */
@@ -35,27 +61,16 @@ bool envmap_init(struct world_envmap *e, const struct bitmap *b, const float dec
             p[2] = c.z >= 0.0f && isfinite(c.z) ? c.z : 0.0f;
         }
     }
-    for (uint32_t y = 0; ok && y < n_rows; y++) {
-        float area = cosf(MATH_PI * (float)y / (float)n_rows) -
-                     cosf(MATH_PI * (float)(y + 1) / (float)n_rows);
-        for (uint32_t x = 0; x < width; x++) {
-            uint32_t right = x + 1 < width ? x + 1 : 0;
-            struct vec3 sum = vec3_add(vec3_add(node(e, x, y), node(e, right, y)),
-                                       vec3_add(node(e, x, y + 1), node(e, right, y + 1)));
-            weights[(size_t)y * width + x] = vec3_luminance(sum) * area;
-        }
-    }
-    ok = ok && distribution2d_init(&e->cells, weights, width, n_rows);
+    envmap_weigh(e, weights);
     mem_free(weights);
-    if (!ok) envmap_release(e);
-    return ok;
+    return true;
 }
 
-/* The place of direction d in the grid of cells, in [0,1]^2. */
+/* The place of direction d in the grid of cells, in [0,1]^2; below half a map y is beyond. */
 static struct vec2 grid_place(const struct world_envmap *e, struct vec3 d)
 {
     float u = atan2f(d.x, -d.z) * (0.5f * MATH_INV_PI) - 0.5f / (float)e->width;
-    float v = acosf(min_float(max_float(d.y, -1.0f), 1.0f)) * MATH_INV_PI;
+    float v = acosf(min_float(max_float(d.y, -1.0f), 1.0f)) / e->span;
     u -= floor_float(u);
     return (struct vec2){u, v};
 }
@@ -63,6 +78,7 @@ static struct vec2 grid_place(const struct world_envmap *e, struct vec3 d)
 struct vec3 envmap_eval(const struct world_envmap *e, struct vec3 d)
 {
     struct vec2 g = grid_place(e, d);
+    if (g.y > 1.0f + 1e-6f) return vec3_splat(0.0f);
     float x = g.x * (float)e->width, y = g.y * (float)(e->height - 1);
     uint32_t x0 = (uint32_t)x, y0 = (uint32_t)y;
     if (x0 >= e->width) x0 = e->width - 1;
@@ -75,24 +91,25 @@ struct vec3 envmap_eval(const struct world_envmap *e, struct vec3 d)
     return vec3_madd(vec3_scale(top, 1.0f - wy), bottom, wy);
 }
 
-/* d(place) / d(solid angle) = 1 / (2 pi^2 sin theta). */
-static float place_density(float sin_theta)
+/* d(place) / d(solid angle) = 1 / (2 pi span sin theta). */
+static float place_density(const struct world_envmap *e, float sin_theta)
 {
-    return 1.0f / (2.0f * MATH_PI * MATH_PI * max_float(sin_theta, 1e-7f));
+    return 1.0f / (2.0f * MATH_PI * e->span * max_float(sin_theta, 1e-7f));
 }
 
 struct vec3 envmap_sample(const struct world_envmap *e, float u, float v, float *pdf)
 {
     float x, y;
     distribution2d_sample(&e->cells, u, v, &x, &y, pdf);
-    float phi = (x + 0.5f / (float)e->width) * (2.0f * MATH_PI), theta = y * MATH_PI;
+    float phi = (x + 0.5f / (float)e->width) * (2.0f * MATH_PI), theta = y * e->span;
     float sin_theta = sinf(theta);
-    *pdf *= place_density(sin_theta);
+    *pdf *= place_density(e, sin_theta);
     return vec3(sinf(phi) * sin_theta, cosf(theta), -cosf(phi) * sin_theta);
 }
 
 float envmap_pdf(const struct world_envmap *e, struct vec3 d)
 {
     struct vec2 g = grid_place(e, d);
-    return distribution2d_pdf(&e->cells, g.x, g.y) * place_density(sqrtf(d.x * d.x + d.z * d.z));
+    float y = g.y > 1.0f && g.y <= 1.0f + 1e-6f ? 1.0f : g.y; /* acos of pi, rounded up */
+    return distribution2d_pdf(&e->cells, g.x, y) * place_density(e, sqrtf(d.x * d.x + d.z * d.z));
 }

@@ -22,11 +22,17 @@ lmn_status view_new(const struct world *w, struct view **out, struct error *err)
     v->instances = mem_new(s->n_instances, sizeof *v->instances);
     v->committed = mem_new(s->n_instances, sizeof *v->committed);
     v->lights = mem_new(w->n_lights_max, sizeof *v->lights);
+    v->skies = mem_new(w->n_skies, sizeof *v->skies);
     uint32_t n_coats = material_count_coats(v->state.bsdfs, s->n_bsdfs);
     v->coats = mem_new(n_coats, sizeof *v->coats);
     if ((!v->coats && n_coats) || (!v->materials && s->n_bsdfs) ||
         (!v->instances && s->n_instances) || (!v->committed && s->n_instances) ||
-        (!v->lights && w->n_lights_max)) {
+        (!v->lights && w->n_lights_max) || (!v->skies && w->n_skies)) {
+        status = fail_memory(err, "view");
+        goto done;
+    }
+    for (uint32_t i = 0; i < w->n_skies; i++) {
+        if (sky_init(&v->skies[i])) continue;
         status = fail_memory(err, "view");
         goto done;
     }
@@ -53,6 +59,8 @@ void view_free(struct view *v)
     mem_free(v->committed);
     mem_free(v->lights);
     mem_free(v->coats);
+    for (uint32_t i = 0; v->skies && i < v->world->n_skies; i++) sky_release(&v->skies[i]);
+    mem_free(v->skies);
     mem_free(v);
 }
 
@@ -142,6 +150,17 @@ static void refresh_boxes(struct view *v)
     }
 }
 
+/* A sky and its sun, where they shine at all. */
+static void add_sky(struct view *v, struct sky *sky, uint32_t emitter)
+{
+    const struct emitter *e = &v->state.emitters[emitter];
+    sky_refresh(sky, e);
+    struct light l = {.kind = EMITTER_SKY, .emitter = emitter, .sky = sky};
+    if (e->sky_scale > 0.0f) v->lights[v->n_lights++] = l;
+    l.kind = EMITTER_SUN;
+    if (e->sun_scale > 0.0f && !vec3_is_zero(sky->sun)) v->lights[v->n_lights++] = l;
+}
+
 /* Shapes first, in order of instances; then points and the like; environments last. */
 static void refresh_lights(struct view *v)
 {
@@ -159,11 +178,16 @@ static void refresh_lights(struct view *v)
                 .kind = EMITTER_AREA, .emitter = shape->emitter, .instance = i, .shape = shape};
         }
     }
+    struct sky *sky = v->skies;
     for (int pass = 0; pass < 2; pass++) {
         if (pass == 1) v->first_environment = v->n_lights;
         for (uint32_t i = 0; i < s->n_emitters; i++) {
             enum emitter_kind kind = v->state.emitters[i].kind;
             if (emitter_is_surface(kind) || emitter_is_environment(kind) != (pass == 1)) continue;
+            if (kind == EMITTER_SKY) {
+                add_sky(v, sky++, i);
+                continue;
+            }
             struct light *l = &v->lights[v->n_lights++];
             *l = (struct light){.kind = kind, .emitter = i};
             if (pass == 0) light_init_delta(l, v);

@@ -102,6 +102,9 @@ static lmn_status init_shapes(struct world *w, struct error *err)
         w->n_lights_max += w->group_n_lights[s->defaults.instances[i].group];
     for (uint32_t i = 0; i < s->n_emitters; i++)
         if (!emitter_is_surface(s->defaults.emitters[i].kind)) w->n_lights_max++;
+    for (uint32_t i = 0; i < s->n_emitters; i++)
+        if (s->defaults.emitters[i].kind == EMITTER_SKY) w->n_skies++;
+    w->n_lights_max += w->n_skies; /* their suns */
 done:
     return status;
 }

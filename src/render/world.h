@@ -33,8 +33,21 @@ struct world_shape {
  * by its mean luminance and solid angle. */
 struct world_envmap {
     uint32_t width, height;      /* nodes */
+    float span;                  /* from the pole +y to the last row: pi, or pi / 2 for half a map,
+                                    which is black and never chosen beyond */
     float *rgb;                  /* [height][width][3] */
     struct distribution2d cells; /* width x (height - 1) */
+};
+
+/* The tables of a sky and its sun, for one configuration. */
+struct sky {
+    float turbidity, elevation; /* what they are for */
+    struct world_envmap map;
+    float *weights;                 /* scratch */
+    float sin_azimuth, cos_azimuth; /* of the sun, in the emitter's space */
+    struct vec3 to_sun, up;         /* in world space, unit */
+    float sun_height;               /* 1 - cos of half its aperture */
+    struct vec3 sun;                /* what it sends to a surface that faces it */
 };
 
 struct world {
@@ -45,6 +58,7 @@ struct world {
     uint32_t *group_n_lights;     /* [n_groups] */
     struct world_envmap *envmaps; /* [n_bitmaps], unused for others */
     uint32_t n_lights_max;        /* of any configuration */
+    uint32_t n_skies;
     float decode[2][256];
 };
 
@@ -63,6 +77,7 @@ struct light {
     uint32_t emitter; /* into state->emitters */
     uint32_t instance;
     const struct world_shape *shape;        /* EMITTER_AREA */
+    const struct sky *sky;                  /* EMITTER_SKY, EMITTER_SUN */
     float cos_cutoff, cos_beam, transition; /* SPOT; transition in radians */
     float tan_x, tan_y; /* SPOT, PROJECTOR: half the picture's width and height at z = 1 */
 };
@@ -97,6 +112,7 @@ struct view {
     struct view_instance *instances; /* [n_instances] */
     struct instance *committed;      /* [n_instances]: as the top level has them */
     struct light *lights;            /* [world->n_lights_max] */
+    struct sky *skies;               /* [world->n_skies], in the order of the emitters */
     struct light_table table;
     /* [n_boxes] around all that shines; VIEW_NO_BOXES where that is too many, or everywhere. */
     struct bounds boxes[VIEW_BOXES];

@@ -333,9 +333,10 @@ lmn_status builder_add_emitter(struct builder *b, const struct builder_object *o
 {
     lmn_status status;
     const char *name;
-    bool is_environment = emitter_is_environment(emitter->kind);
+    bool is_environment = emitter->kind == EMITTER_CONSTANT || emitter->kind == EMITTER_ENVMAP;
     for (size_t i = 0; is_environment && i < b->n_emitters; i++) {
-        if (emitter_is_environment(b->emitters[i].emitter.kind))
+        enum emitter_kind kind = b->emitters[i].emitter.kind;
+        if (kind == EMITTER_CONSTANT || kind == EMITTER_ENVMAP)
             return fail_at(err, object->place,
                            "a scene can have one environment (constant, envmap); another one is at "
                            "line %u",

@@ -121,6 +121,12 @@ static void walk_emitter(struct walk *w, const char *prefix, uint32_t index, boo
         {"cutoff_angle", offsetof(struct emitter, cutoff), 0.01, 179.9, EMITTER_SPOT},
         {"beam_width", offsetof(struct emitter, beam_width), 0, 179.9, EMITTER_SPOT},
         {"fov", offsetof(struct emitter, fov), 0.01, 179.9, EMITTER_PROJECTOR},
+        {"turbidity", offsetof(struct emitter, turbidity), 1, 10, EMITTER_SKY},
+        {"sun_elevation", offsetof(struct emitter, sun_elevation), -90, 90, EMITTER_SKY},
+        {"sun_azimuth", offsetof(struct emitter, sun_azimuth), -1e4, 1e4, EMITTER_SKY},
+        {"sky_scale", offsetof(struct emitter, sky_scale), 0, 1e12, EMITTER_SKY},
+        {"sun_scale", offsetof(struct emitter, sun_scale), 0, 1e12, EMITTER_SKY},
+        {"sun_aperture", offsetof(struct emitter, sun_aperture), 1e-3, 179.9, EMITTER_SKY},
     };
     if (!prefix || index >= w->b->n_emitters) return;
     const struct emitter *e = &w->b->emitters[index].emitter;
@@ -220,8 +226,8 @@ static void walk_objects(struct walk *w)
     uint32_t counts[EMITTER_KINDS] = {0}; /* emitters of the scene that have no id, by kind */
     for (uint32_t i = 0; i < b->n_emitters; i++) {
         static const char *const names[EMITTER_KINDS] = {
-            "area", "constant",    "envmap",    "point",
-            "spot", "directional", "projector", "directionalarea"};
+            "area",        "constant",  "envmap",          "point",  "spot",
+            "directional", "projector", "directionalarea", "sunsky", "sun"};
         if (w->is_emitter_named[i]) continue;
         enum emitter_kind kind = b->emitters[i].emitter.kind;
         const char *name;

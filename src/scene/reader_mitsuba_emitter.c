@@ -129,9 +129,9 @@ static const struct {
     {"directional", read_directional},
     {"directionalarea", NULL},
     {"projector", read_projector},
-    {"sun", NULL},
-    {"sky", NULL},
-    {"sunsky", NULL},
+    {"sun", read_sky},
+    {"sky", read_sky},
+    {"sunsky", read_sky},
     {"timed_sunsky", NULL},
     {"collimated", NULL},
 };

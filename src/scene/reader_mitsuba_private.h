@@ -163,6 +163,9 @@ void props_ignore(struct props *p, const char *name);
 /* Takes all that nobody asked for so, where a whole plugin stands in for another one. */
 void props_ignore_rest(struct props *p);
 
+/* `sunsky`, `sun` and `sky`. */
+lmn_status read_sky(struct props *p, struct emitter *e);
+
 /* The field of view in degrees: `fov` along `fov_axis`, or the focal length of a 35 mm camera
  * ("50mm"), which goes with the diagonal of its 36 x 24 mm film. */
 lmn_status read_fov(struct props *p, float *fov, enum fov_axis *fov_axis);

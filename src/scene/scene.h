@@ -162,6 +162,8 @@ enum emitter_kind {
     EMITTER_DIRECTIONAL,      /* from infinity, towards +z */
     EMITTER_PROJECTOR,        /* a pinhole as the sensor's, that throws a picture */
     EMITTER_DIRECTIONAL_AREA, /* a surface that shines along its normals only */
+    EMITTER_SKY,              /* the sky above +z with the sun in it */
+    EMITTER_SUN, /* only renderers call it so: the sun of a SKY as a light of its own */
     EMITTER_KINDS
 };
 /* A bsdf of that kind without textures and children. */
@@ -195,12 +197,17 @@ struct emitter {
     float cutoff, beam_width;  /* SPOT: degrees off the axis. Dark beyond, full within */
     float fov;                 /* PROJECTOR: degrees along fov_axis */
     enum fov_axis fov_axis;
+    float turbidity;                  /* SKY: 1 (clear) to 10 (haze) */
+    float sun_elevation, sun_azimuth; /* degrees above the horizon, and from +x towards +y */
+    float sky_scale, sun_scale;       /* factors */
+    float sun_aperture;               /* degrees across; its light stays the same */
 };
 
 /* Around the whole scene, where rays end that hit nothing. */
 static inline bool emitter_is_environment(enum emitter_kind kind)
 {
-    return kind == EMITTER_CONSTANT || kind == EMITTER_ENVMAP;
+    return kind == EMITTER_CONSTANT || kind == EMITTER_ENVMAP || kind == EMITTER_SKY ||
+           kind == EMITTER_SUN;
 }
 
 /* Belongs to a shape. */

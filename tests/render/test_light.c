@@ -8,6 +8,7 @@
 #include "base/rng.h"
 #include "made_scene.h"
 #include "render/light.h"
+#include "render/sky_model.h"
 
 #include "../image/cmocka_all.h" /* last: its macro fail() hides ours */
 
@@ -144,6 +145,29 @@ static void add_envmap(struct made_scene *m)
     m->emitters[e].bitmap = made_bitmap(m, WIDTH, HEIGHT, rgb);
     m->emitters[e].scale = 0.25f;
     m->emitters[e].to_world = transform_mul(&a, &b);
+}
+
+/* A sky whose horizon is a bin's edge, and its sun, large and half set. */
+static void add_sky(struct made_scene *m)
+{
+    uint32_t e = made_emitter(m, EMITTER_SKY, vec3_splat(1));
+    struct transform turn = transform_rotate(vec3(0, 0, 1), 20),
+                     scale = transform_scale(vec3_splat(3));
+    m->emitters[e].to_world = transform_mul(&turn, &scale);
+    m->emitters[e].turbidity = 2.5f;
+    m->emitters[e].sun_elevation = 20;
+    m->emitters[e].sun_azimuth = -140;
+    m->emitters[e].sky_scale = 1.5f;
+    m->emitters[e].sun_aperture = 10;
+}
+
+static void add_sun(struct made_scene *m)
+{
+    add_sky(m);
+    m->emitters[0].sky_scale = 0;
+    m->emitters[0].sun_scale = 2;
+    m->emitters[0].sun_elevation = 2;
+    m->emitters[0].sun_azimuth = -20;
 }
 
 /* All, beside each other as seen from the reference point. */
@@ -310,6 +334,8 @@ static const struct light_case cases[] = {
     {"cylinder from inside", add_hollow_cylinder, TURNS},
     {"constant", add_constant, SPHERE, DIRECTIONS},
     {"envmap", add_envmap, {0, 1, 0, 1, 44, 20, false}, draw_texel, texel_density},
+    {"sky", add_sky, SPHERE, DIRECTIONS},
+    {"sun", add_sun, {-0.12, 0.12, -0.08, 0.14, 20, 22, false}, DIRECTIONS},
     {"all", add_all, SPHERE, DIRECTIONS},
 };
 enum { N_CASES = sizeof cases / sizeof *cases };
@@ -521,6 +547,85 @@ static void environments_send_what_they_should(void **state)
     finish("rows", m, nowhere, 0.5 * 2 * pi * (1 - 2 / pi) * (4 + 1));
 }
 
+/* The sky's table against the model that it is made from, by a sum over the upper half. */
+static void skies_send_what_they_should(void **state)
+{
+    (void)state;
+    const struct vec3 up = {0, 0, 1}, aslant = {0.6f, 0, 0.8f};
+    const double elevation = 20 * pi / 180;
+    enum { ROWS = 400, COLUMNS = 800 };
+    struct sky_model model;
+    sky_model_init(&model, 2.5, elevation);
+    double sums[2] = {0};
+    for (int i = 0; i < ROWS; i++) {
+        double z = (i + 0.5) / ROWS, r = sqrt(1 - z * z);
+        for (int k = 0; k < COLUMNS; k++) {
+            double phi = 2 * pi * (k + 0.5) / COLUMNS, beta = phi - (20 - 140) * pi / 180;
+            double gamma = z * sin(elevation) + r * cos(elevation) * cos(beta);
+            struct vec3 c = sky_model_radiance(&model, (float)z, (float)gamma);
+            double share = 1.5 * 2 * pi / ROWS / COLUMNS * c.x;
+            sums[0] += share * z;
+            sums[1] += share * fmax(0, 0.6 * r * cos(phi) + 0.8 * z);
+        }
+    }
+    for (int i = 0; i < 2; i++) {
+        struct made_scene *m = start(transform_identity());
+        add_sky(m);
+        finish("sky", m, i ? aslant : up, sums[i]);
+    }
+
+    /* The sun sends the same whatever its size; what of it has set sends nothing. */
+    double light = sky_model_sun(2.5, elevation).x;
+    for (int i = 0; i < 3; i++) {
+        struct made_scene *m = start(transform_identity());
+        add_sun(m);
+        m->emitters[0].sun_elevation = 20;
+        m->emitters[0].sun_aperture = i == 0 ? 0.2f : i == 1 ? 0.5358f : 4;
+        finish("sun", m, up, 2 * light * sin(elevation));
+    }
+    struct made_scene *m = start(transform_identity());
+    add_sun(m);
+    m->emitters[0].sun_elevation = 1e-3f;
+    m->emitters[0].scale = 1e6f;
+    light = 1e6 * sky_model_sun(2.5, 1e-3 * pi / 180).x;
+    finish("setting sun", m, vec3(0, 0, 0), light);
+}
+
+/* Numbers worked out by hand from the formulas of the paper: T = 3, 45 degrees. */
+static void the_sky_is_preethams(void **state)
+{
+    (void)state;
+    struct sky_model m;
+    sky_model_init(&m, 3, pi / 4);
+    struct vec3 c = sky_model_radiance(&m, 1, (float)sqrt(0.5));
+    double chi = (4.0 / 9 - 3.0 / 120) * pi / 2;
+    double kcd = (4.0453 * 3 - 4.9710) * tan(chi) - 0.2155 * 3 + 2.4192;
+    assert_float_equal(kcd, 7.3204, 1e-3);
+    double Y = 0.2126729 * c.x + 0.7151522 * c.y + 0.0721750 * c.z;
+    assert_float_equal(Y * 683 * 106.857, kcd * 1000, 1);
+    /* x = .2453, y = .2466 at the zenith */
+    double X = 0.4124564 * c.x + 0.3575761 * c.y + 0.1804375 * c.z;
+    double Z = 0.0193339 * c.x + 0.1191920 * c.y + 0.9503041 * c.z;
+    double t = pi / 4, t2 = t * t, t3 = t2 * t;
+    double x = 9 * (0.00166 * t3 - 0.00375 * t2 + 0.00209 * t) +
+               3 * (-0.02903 * t3 + 0.06377 * t2 - 0.03202 * t + 0.00394) + 0.11693 * t3 -
+               0.21196 * t2 + 0.06052 * t + 0.25886;
+    assert_float_equal(X / (X + Y + Z), x, 1e-4);
+    /* A sun overhead in clear air has most of its light: 1.9 W / (m^2 nm) at 550 nm outside. */
+    struct vec3 sun = sky_model_sun(2, pi / 2);
+    assert_true(sun.y > 1.2f && sun.y < 1.6f && sun.x > sun.y && sun.y > sun.z);
+    assert_true(vec3_is_zero(sky_model_sun(2, -0.1)));
+    /* Below the horizon and in absurd air nothing is negative or broken. */
+    for (double turbidity = 1; turbidity <= 10; turbidity += 0.5)
+        for (double elevation = -90; elevation <= 90; elevation += 7.5) {
+            sky_model_init(&m, turbidity, elevation * pi / 180);
+            for (int i = 0; i <= 100; i++) {
+                c = sky_model_radiance(&m, (float)(i % 11) / 10, (float)(i - 50) / 50);
+                assert_true(vec3_is_finite(c) && c.x >= 0 && c.y >= 0 && c.z >= 0);
+            }
+        }
+}
+
 /* Red light of lights that send it from one direction: what they should, or nothing. */
 static void check_delta(const char *name, struct made_scene *m, double expected)
 {
@@ -597,6 +702,8 @@ int main(void)
         cmocka_unit_test(samples_agree_with_functions),
         cmocka_unit_test(surfaces_send_what_they_should),
         cmocka_unit_test(environments_send_what_they_should),
+        cmocka_unit_test(skies_send_what_they_should),
+        cmocka_unit_test(the_sky_is_preethams),
         cmocka_unit_test(single_directions_send_what_they_should),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "scene/sun_position.h"
+
 /* What the reader makes of each element and plugin. */
 
 #define RECTANGLE_WITH(bsdf) TEXT_SENSOR "<shape type='rectangle' id='r'>" bsdf "</shape>"
@@ -327,6 +329,93 @@ static void spots_and_the_like(void **state)
     scene_free(s);
 }
 
+static void skies(void **state)
+{
+    (void)state;
+    struct scene *s = text_scene(
+        TEXT_SENSOR "<emitter type='sunsky'><float name='turbidity' value='4'/>"
+                    "<vector name='sun_direction' value='0 1 0'/><transform name='to_world'>"
+                    "<rotate x='1' angle='-60'/></transform>"
+                    "<float name='sky_scale' value='.5'/></emitter>");
+    const struct emitter *e = s->defaults.emitters;
+    assert_int_equal(e->kind, EMITTER_SKY);
+    assert_close(e->turbidity, 4);
+    assert_close(e->sun_elevation, 60);
+    assert_close(e->sun_azimuth, 90);
+    assert_close(e->sky_scale, 0.5f);
+    assert_close(e->sun_scale, 1);
+    assert_close(e->sun_aperture, 0.5358f);
+    scene_free(s);
+    /* Mitsuba 3.9 has the sun of its default day at (.0514, .6917, .7203). */
+    s = text_scene(TEXT_SENSOR "<emitter type='sunsky' id='day'/>");
+    e = s->defaults.emitters;
+    assert_float_equal(e->sun_elevation, 46.080, 0.003); /* it computes in floats */
+    assert_float_equal(e->sun_azimuth, 85.752, 0.003);
+    scene_free(s);
+    /* Mitsuba 0.6: +y is up, and the sun in the east is at +x. */
+    text_write_string("old.xml",
+                      "<scene version='0.6.0'><sensor type='perspective'/>"
+                      "<emitter type='sky'><float name='scale' value='2'/>"
+                      "<vector name='sunDirection' x='3' y='4' z='0'/></emitter>"
+                      "<emitter type='sun'><float name='sunRadiusScale' value='10'/>"
+                      "<vector name='sunDirection' x='3' y='4' z='0'/></emitter></scene>");
+    struct error err;
+    struct scene_load_options options = {0};
+    assert_int_equal(scene_load(text_path("old.xml"), &options, &s, &err), LMN_OK);
+    e = s->defaults.emitters;
+    assert_int_equal(s->n_emitters, 2);
+    assert_close(e[0].scale, 2);
+    assert_close(e[0].sun_scale, 0);
+    assert_close(e[0].sun_elevation, 53.1301f);
+    assert_vec3(transform_vector(&e[0].to_world, vec3(0, 0, 1)), 0, 1, 0);
+    double azimuth = (double)e[0].sun_azimuth * 3.14159265358979 / 180;
+    assert_vec3(transform_vector(&e[0].to_world, vec3(0.6f * cosf((float)azimuth),
+                                                      0.6f * sinf((float)azimuth), 0.8f)),
+                0.6f, 0.8f, 0);
+    assert_close(e[1].sky_scale, 0);
+    assert_close(e[1].sun_aperture, 5.358f);
+    scene_free(s);
+}
+
+/* Against the almanac: where and when the sun is overhead, sets, or crosses the meridian. */
+static void sun_positions(void **state)
+{
+    (void)state;
+    double elevation, azimuth;
+    /* Equinox of 2004, March 20, 06:49 UT: above the equator, at noon where it is 6 h 49 min + 7
+     * min 28 s (equation of time) before Greenwich's. */
+    struct sun_time t = {
+        .longitude = 79.6, .year = 2004, .month = 3, .day = 20, .hour = 6, .minute = 49};
+    sun_position(&t, &elevation, &azimuth);
+    assert_true(elevation > 89.8);
+    /* Solstice at Greenwich, 21 June 2010, about 12:02 UT: 90 - 51.4779 + 23.4385 to the south. */
+    t = (struct sun_time){.latitude = 51.4779,
+                          .year = 2010,
+                          .month = 6,
+                          .day = 21,
+                          .hour = 13,
+                          .minute = 1,
+                          .second = 50,
+                          .timezone = 1};
+    sun_position(&t, &elevation, &azimuth);
+    assert_float_equal(elevation, 61.9606, 0.01);
+    assert_float_equal(azimuth, 180, 0.3);
+    /* A leap day, and the day after: half a day's change around noon is small. */
+    t = (struct sun_time){.latitude = 40, .year = 2000, .month = 2, .day = 29, .hour = 24};
+    sun_position(&t, &elevation, &azimuth);
+    double e0 = elevation, a0 = azimuth;
+    t = (struct sun_time){.latitude = 40, .year = 2000, .month = 3, .day = 1, .hour = 0};
+    sun_position(&t, &elevation, &azimuth);
+    assert_float_equal(elevation, e0, 1e-9);
+    assert_float_equal(azimuth, a0, 1e-9);
+    t = (struct sun_time){.latitude = 40, .year = 1999, .month = 12, .day = 31, .hour = 36};
+    sun_position(&t, &elevation, &azimuth);
+    e0 = elevation;
+    t = (struct sun_time){.latitude = 40, .year = 2000, .month = 1, .day = 1, .hour = 12};
+    sun_position(&t, &elevation, &azimuth);
+    assert_float_equal(elevation, e0, 1e-9);
+}
+
 /* ---- Shapes -------------------------------------------------------------------------------- */
 
 static void spheres_and_disks(void **state)
@@ -590,6 +679,8 @@ int main(void)
         cmocka_unit_test(bitmaps),
         cmocka_unit_test(emitters),
         cmocka_unit_test(spots_and_the_like),
+        cmocka_unit_test(skies),
+        cmocka_unit_test(sun_positions),
         cmocka_unit_test(spheres_and_disks),
         cmocka_unit_test(groups_and_instances),
         cmocka_unit_test(settings),

@@ -11,6 +11,7 @@ import struct
 import sys
 import zlib
 
+import tests_formats
 import tests_lights
 import tests_materials
 
@@ -511,6 +512,7 @@ def scenes():
                                                           b="0, 0, 0", x=20, y=12))
                        + THINGS + BACKLIT, 4, '<rfilter type="box"/>'),
     }
+    plain.update(tests_formats.scenes(sys.modules[__name__]))
     plain.update(tests_lights.scenes(sys.modules[__name__]))
     plain |= tests_materials.scenes(sys.modules[__name__])
     plain |= {"ours/" + name: (what, body.replace('value="textures/', 'value="../textures/'))
@@ -519,6 +521,7 @@ def scenes():
     for name, entry in plain.items():
         what, body, depth, rfilter = (*entry, 6, TENT)[:4] if len(entry) == 2 else entry
         yield name, HEAD.format(what=what, depth=depth, rfilter=rfilter) + body + "</scene>\n"
+    yield from tests_formats.whole_scenes().items()
     yield from tests_lights.sensor_scenes(sys.modules[__name__])
 
 
@@ -679,6 +682,7 @@ def main():
     write_gem(folder / "meshes/gem.ply")
     write_wave(folder / "meshes/wave.ply")
     (folder / "meshes/house.obj").write_text(HOUSE)
+    tests_formats.write_files(sys.modules[__name__], folder)
     for name, xml in scenes():
         (folder / f"{name}.xml").write_text(xml)
     print(f"{folder}: {len(list(folder.rglob('*.xml')))} scenes")

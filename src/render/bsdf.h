@@ -35,6 +35,7 @@ struct material {
     struct coat *coat;         /* rough plastic */
     bool has_uv;               /* some texture varies */
     bool has_direction;        /* the shading frame must follow dp/du: anisotropy, normal maps */
+    bool has_attributes;       /* mesh attributes: struct bsdf_place needs `mesh` */
     bool has_tangents;         /* bump maps: struct bsdf_place needs dp/du and dp/dv */
     /* Diffuse of one colour, perhaps the same from both sides: needs no bsdf_point. */
     bool is_plain, is_twosided;
@@ -47,6 +48,7 @@ struct bsdf_place {
     struct vec3 wi;           /* to the viewer */
     struct vec3 n;            /* geometric normal; it and what follows for has_tangents only */
     struct vec3 dp_du, dp_dv; /* change of position with u and v, scene units */
+    struct mesh_place mesh;   /* for has_attributes only */
 };
 
 /* Principled: weights and colours of its lobes at a point. */

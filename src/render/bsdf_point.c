@@ -160,7 +160,14 @@ void bsdf_point_init(struct bsdf_point *p, const struct material *materials, uin
                      const struct texture_set *textures, const struct bsdf_place *where)
 {
     const struct material *m = &materials[index];
+    const struct texture_set *shared = textures;
+    struct texture_set here;
     float u = where->u, v = where->v;
+    if (m->has_attributes) {
+        here = *textures;
+        here.place = where->mesh;
+        textures = &here;
+    }
     p->lobes = m->lobes;
     p->is_mirrored = p->is_turned = p->has_specular_reflectance = false;
     p->opacity = 1.0f;
@@ -197,7 +204,7 @@ void bsdf_point_init(struct bsdf_point *p, const struct material *materials, uin
         return;
     case BSDF_BLEND:
         p->materials = materials;
-        p->textures = textures;
+        p->textures = shared;
         p->child[0] = b->child[0];
         p->child[1] = b->child[1];
         p->weight = clamp01(texture_eval_1(textures, b->weight, u, v));

@@ -65,7 +65,11 @@ static void find_needs(struct material *m, const struct bsdf *bsdfs, uint32_t in
 {
     const struct bsdf *b = &bsdfs[index];
     for (int i = 0; i < BSDF_TEXTURES; i++)
-        if (varies(textures, bsdf_texture(b, i))) m->has_uv = true;
+        if (varies(textures, bsdf_texture(b, i))) {
+            m->has_uv = true;
+            if (textures->textures[bsdf_texture(b, i)].kind == TEXTURE_MESH_ATTRIBUTE)
+                m->has_attributes = true;
+        }
     if (is_anisotropic(b, textures) || b->kind == BSDF_NORMALMAP) m->has_direction = true;
     if (b->kind == BSDF_BUMPMAP) m->has_tangents = true;
     for (int i = 0; i < bsdf_n_children(b->kind) && depth < MAX_NESTING; i++)

@@ -188,6 +188,12 @@ static void look_up_material(struct stream *s, const struct view *v, uint32_t i,
     const struct material *m = &v->materials[bsdf];
     struct surface surface = {
         .u = s->texture_u[i], .v = s->texture_v[i], .wi = lanes3_get(&s->wi, i)};
+    if (m->has_attributes) {
+        surface.shape = s->shape[i];
+        surface.primitive = s->hit[i].primitive;
+        surface.b1 = s->hit[i].u;
+        surface.b2 = s->hit[i].v;
+    }
     if (m->has_tangents) {
         surface.n = lanes3_get(&s->normal, i);
         surface.frame = (struct frame){lanes3_get(&s->frame_s, i), lanes3_get(&s->frame_t, i),

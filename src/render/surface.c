@@ -28,19 +28,20 @@ struct tangents {
     struct vec3 u, v;
 };
 
-/* Of a triangle with texture coordinates; zero where they do not span anything. */
+/* Of a triangle; without texture coordinates u and v are barycentric. Zero where they do not span
+ * anything. */
 static struct tangents mesh_tangents(const struct world_shape *shape, const uint32_t *at)
 {
     struct tangents none = {{0, 0, 0}, {0, 0, 0}};
-    if (!shape->uvs) return none;
+    struct vec3 p = load3(shape->positions + 3 * (size_t)at[0]);
+    struct vec3 e0 = vec3_sub(load3(shape->positions + 3 * (size_t)at[1]), p);
+    struct vec3 e1 = vec3_sub(load3(shape->positions + 3 * (size_t)at[2]), p);
+    if (!shape->uvs) return (struct tangents){e0, e1};
     const float *a = shape->uvs + 2 * (size_t)at[0], *b = shape->uvs + 2 * (size_t)at[1],
                 *c = shape->uvs + 2 * (size_t)at[2];
     float du0 = b[0] - a[0], dv0 = b[1] - a[1], du1 = c[0] - a[0], dv1 = c[1] - a[1];
     float det = du0 * dv1 - dv0 * du1;
     if (det == 0.0f) return none;
-    struct vec3 p = load3(shape->positions + 3 * (size_t)at[0]);
-    struct vec3 e0 = vec3_sub(load3(shape->positions + 3 * (size_t)at[1]), p);
-    struct vec3 e1 = vec3_sub(load3(shape->positions + 3 * (size_t)at[2]), p);
     return (struct tangents){
         vec3_scale(vec3_sub(vec3_scale(e0, dv1), vec3_scale(e1, dv0)), 1.0f / det),
         vec3_scale(vec3_sub(vec3_scale(e1, du0), vec3_scale(e0, du1)), 1.0f / det)};
@@ -81,6 +82,8 @@ void surface_fetch(struct surface *s, const struct view *v, const struct ray *r,
     s->shape = shape;
     s->instance = hit->instance;
     s->primitive = hit->primitive;
+    s->b1 = hit->u;
+    s->b2 = hit->v;
     s->t = hit->t;
     s->p = vec3_madd(r->o, r->d, hit->t);
 

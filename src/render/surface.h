@@ -15,6 +15,7 @@ struct surface {
     float t;                  /* along the ray */
     const struct world_shape *shape;
     uint32_t instance, primitive;
+    float b1, b2; /* meshes: barycentric coordinates, as struct mesh_place */
 };
 
 /* Offsets against self-intersection, as Mitsuba: relative to the largest coordinate. */
@@ -50,6 +51,8 @@ struct frame surface_frame_along(struct vec3 n, struct vec3 dp_du);
 static inline struct bsdf_place surface_place(const struct surface *s, const struct material *m)
 {
     struct bsdf_place at = {.u = s->u, .v = s->v, .wi = s->wi};
+    if (m->has_attributes)
+        at.mesh = (struct mesh_place){s->shape->mesh, s->primitive, s->b1, s->b2};
     if (!m->has_tangents) return at;
     at.n = frame_to_local(&s->frame, s->n);
     at.dp_du = frame_to_local(&s->frame, s->dp_du);

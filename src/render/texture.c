@@ -80,9 +80,35 @@ static bool on_line(const struct texture *t, float x, float y)
     return dx < t->line_width || dy < t->line_width;
 }
 
+/* Zero where the mesh has no such attribute. */
+static struct vec3 attribute_eval(const struct mesh_place *place, uint64_t key)
+{
+    const struct mesh *m = place->mesh;
+    for (uint32_t i = 0; m && i < m->n_attributes; i++) {
+        const struct mesh_attribute *a = &m->attributes[i];
+        if (a->key != key) continue;
+        const uint32_t n = a->n_channels, *at = m->indices + 3 * (size_t)place->triangle;
+        const uint32_t g = n == 3 ? 1 : 0, h = 2 * g;
+        if (a->is_of_faces) {
+            const float *c = a->values + (size_t)place->triangle * n;
+            return vec3(c[0], c[g], c[h]);
+        }
+        const float weights[3] = {1.0f - place->b1 - place->b2, place->b1, place->b2};
+        struct vec3 sum = {0};
+        for (int k = 0; k < 3; k++) {
+            const float *c = a->values + (size_t)at[k] * n;
+            sum = vec3_madd(sum, vec3(c[0], c[g], c[h]), weights[k]);
+        }
+        return sum;
+    }
+    return vec3_splat(0.0f);
+}
+
 struct vec3 texture_lookup(const struct texture_set *set, const struct texture *t, float u, float v)
 {
     if (t->kind == TEXTURE_CONSTANT) return t->value;
+    if (t->kind == TEXTURE_MESH_ATTRIBUTE)
+        return vec3_mul(attribute_eval(&set->place, t->attribute), t->value);
     float x = t->to_uv[0][0] * u + t->to_uv[0][1] * v + t->to_uv[0][2];
     float y = t->to_uv[1][0] * u + t->to_uv[1][1] * v + t->to_uv[1][2];
     if (t->kind == TEXTURE_CHECKERBOARD) {
@@ -115,6 +141,7 @@ float texture_mean(const struct texture_set *set, uint32_t index)
                                      between * between);
         return vec3_mean(vec3_mul(mean, t->value));
     }
+    if (t->kind == TEXTURE_MESH_ATTRIBUTE) return 0.5f * vec3_mean(t->value); /* of no mesh yet */
     const struct bitmap *b = &set->bitmaps[t->bitmap];
     const float *decode = set->decode[t->is_raw];
     enum { GRID = 16 };

@@ -6,6 +6,13 @@
 #include "math/warp.h"
 #include "scene/scene.h"
 
+/* A point of a mesh: p = (1-b1-b2) p0 + b1 p1 + b2 p2 of the triangle. */
+struct mesh_place {
+    const struct mesh *mesh;
+    uint32_t triangle;
+    float b1, b2;
+};
+
 /*
  * Texture lookup with Mitsuba's conventions: v = 0 is the picture's top row, texel (i, j) has its
  * centre at ((i + .5) / width, (j + .5) / height), 8-bit pictures are sRGB-decoded unless raw.
@@ -14,6 +21,7 @@ struct texture_set {
     const struct texture *textures; /* the state's */
     const struct bitmap *bitmaps;   /* the scene's */
     const float (*decode)[256];     /* [2]: sRGB, raw; from texture_decode_init() */
+    struct mesh_place place;        /* for mesh attributes; its mesh is NULL where there are none */
 };
 
 void texture_decode_init(float decode[2][256]);

@@ -71,6 +71,7 @@ static lmn_status init_shape(struct world *w, uint32_t index, struct error *err)
     }
     if (s->kind != SHAPE_MESH) return LMN_OK;
     const struct mesh *m = &w->scene->meshes[s->mesh];
+    shape->mesh = m;
     shape->positions = m->positions;
     shape->normals = m->normals;
     shape->uvs = m->uvs;

@@ -14,7 +14,8 @@
 struct world_shape {
     enum shape_kind kind;
     bool is_flipped;
-    uint32_t emitter; /* SCENE_NONE: none */
+    uint32_t emitter;        /* SCENE_NONE: none */
+    const struct mesh *mesh; /* NULL: none */
     const float *positions, *normals, *uvs;
     const uint32_t *indices;
     const struct transform *to_group; /* all but meshes */

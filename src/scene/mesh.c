@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "base/hash.h"
+
 /* Embree reads whole vectors, up to 16 bytes past the last element. */
 enum { PADDING = 16 };
 
@@ -27,6 +29,11 @@ lmn_status mesh_alloc(struct arena *arena, size_t n_vertices, size_t n_triangles
     return LMN_OK;
 }
 
+uint64_t mesh_attribute_key(const char *name)
+{
+    return hash_bytes(HASH_START, name, strlen(name));
+}
+
 struct mesh_attribute *mesh_add_attribute(struct arena *arena, struct mesh *m, const char *name,
                                           uint32_t n_channels, bool is_of_faces)
 {
@@ -34,6 +41,7 @@ struct mesh_attribute *mesh_add_attribute(struct arena *arena, struct mesh *m, c
     /* Few: a new list each time. */
     struct mesh_attribute *list = arena_new(arena, (size_t)m->n_attributes + 1, sizeof *list);
     struct mesh_attribute a = {.name = arena_strdup(arena, name),
+                               .key = mesh_attribute_key(name),
                                .values = alloc_floats(arena, n, n_channels),
                                .n_channels = n_channels,
                                .is_of_faces = is_of_faces};

@@ -48,6 +48,9 @@ lmn_status ply_load(const char *path, const char *text, size_t size,
                     const struct mesh_options *options, struct arena *arena, struct mesh *out,
                     struct error *err);
 
+/* What textures know an attribute by. */
+uint64_t mesh_attribute_key(const char *name);
+
 /* Adds room for an attribute, zeroed; NULL when memory is short. `name` is copied. */
 struct mesh_attribute *mesh_add_attribute(struct arena *arena, struct mesh *m, const char *name,
                                           uint32_t n_channels, bool is_of_faces);

@@ -214,6 +214,8 @@ static lmn_status read_texture(struct props *p, struct xml_node *c, bool is_ligh
         if (target->element != EL_TEXTURE) return fail_type(p, c, "a texture or a colour");
         TRY(load_object(r, target));
         *out = target->index;
+        if (is_light && r->b->textures[*out].texture.kind == TEXTURE_MESH_ATTRIBUTE)
+            return fail_node(r, c, "light from a mesh attribute is not supported");
         return LMN_OK;
     }
     if (c->element == EL_FLOAT || c->element == EL_INTEGER) {

@@ -313,6 +313,37 @@ done:
     return status;
 }
 
+static const struct mesh_attribute *find_attribute(const struct mesh *m, uint64_t key)
+{
+    for (uint32_t i = 0; m && i < m->n_attributes; i++) {
+        if (m->attributes[i].key == key) return &m->attributes[i];
+    }
+    return NULL;
+}
+
+/* All mesh attributes that the material asks for must be there. */
+static lmn_status check_attributes(struct reader *r, const struct xml_node *node,
+                                   const struct builder_shape *s, uint32_t bsdf, int depth)
+{
+    enum { MAX_DEPTH = 8 }; /* builder_finish() refuses deeper nesting */
+    lmn_status status = LMN_OK;
+    const struct bsdf *f = &r->b->bsdfs[bsdf].bsdf;
+    const struct mesh *m = s->kind == SHAPE_MESH ? &r->b->meshes[s->mesh] : NULL;
+    for (int i = 0; i < BSDF_TEXTURES; i++) {
+        uint32_t t = bsdf_texture(f, i);
+        if (t == SCENE_NONE || r->b->textures[t].texture.kind != TEXTURE_MESH_ATTRIBUTE) continue;
+        if (find_attribute(m, r->b->textures[t].texture.attribute)) continue;
+        return fail_node(r, node,
+                         "the shape has no mesh attribute that its material asks for at line %u",
+                         (unsigned)r->b->textures[t].object.place.line);
+    }
+    for (int i = 0; i < bsdf_n_children(f->kind) && depth < MAX_DEPTH; i++) {
+        if (f->child[i] != SCENE_NONE) TRY(check_attributes(r, node, s, f->child[i], depth + 1));
+    }
+done:
+    return status;
+}
+
 lmn_status load_shape(struct reader *r, struct xml_node *node, uint32_t group, uint32_t *index)
 {
     lmn_status status = LMN_OK;
@@ -335,6 +366,7 @@ lmn_status load_shape(struct reader *r, struct xml_node *node, uint32_t group, u
     TRY(props_boolean(&p, "flip_normals", &s.flip_normals));
     TRY(read(&p, &s, &stem));
     TRY(read_surface(&p, &s));
+    TRY(check_attributes(r, node, &s, s.bsdf, 0));
     props_ignore(&p, "silhouette_sampling_weight");
     TRY(props_finish(&p, &s.object));
     node->kind = BUILDER_SHAPE;

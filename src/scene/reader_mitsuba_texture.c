@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "scene/mesh.h"
 #include "scene/reader_mitsuba_private.h"
 
 /* One function per texture; defaults are Mitsuba 3's. */
@@ -126,6 +127,26 @@ done:
     return status;
 }
 
+/* Numbers that the mesh brings. 0.x has only vertex colours, under a name of their own. */
+static lmn_status read_mesh_attribute(struct props *p, struct texture *t)
+{
+    lmn_status status = LMN_OK;
+    const char *name = strcmp(p->type, "vertexcolors") == 0 ? "vertex_color" : NULL;
+    float scale = 1.0f;
+    if (!name) TRY(props_string(p, "name", &name));
+    if (!name) return fail_node(p->r, p->node, "mesh_attribute needs a \"name\"");
+    if (!str_starts(name, "vertex_") && !str_starts(name, "face_"))
+        return fail_node(p->r, p->node,
+                         "the name of a mesh attribute begins with \"vertex_\" or \"face_\"");
+    TRY(props_float(p, "scale", &scale));
+    if (scale < 0.0f) return fail_node(p->r, p->node, "\"scale\" must not be negative");
+    t->kind = TEXTURE_MESH_ATTRIBUTE;
+    t->attribute = mesh_attribute_key(name);
+    t->value = vec3_splat(scale);
+done:
+    return status;
+}
+
 /* Of 0.x: another texture times a factor. It is a copy: what drives the other one does not change
  * this one. */
 static lmn_status read_scale(struct props *p, struct texture *t)
@@ -158,10 +179,9 @@ static const struct {
     const char *type;
     texture_fn *read; /* NULL: known, not supported yet */
 } plugins[] = {
-    {"bitmap", read_bitmap},    {"checkerboard", read_checkerboard},
-    {"gridtexture", read_grid}, {"scale", read_scale},
-    {"mesh_attribute", NULL},   {"volume", NULL},
-    {"wireframe", NULL},        {"vertexcolors", NULL},
+    {"bitmap", read_bitmap}, {"checkerboard", read_checkerboard},     {"gridtexture", read_grid},
+    {"scale", read_scale},   {"mesh_attribute", read_mesh_attribute}, {"volume", NULL},
+    {"wireframe", NULL},     {"vertexcolors", read_mesh_attribute},
 };
 enum { N_PLUGINS = sizeof plugins / sizeof *plugins };
 

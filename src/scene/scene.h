@@ -27,6 +27,7 @@ enum { SCENE_NONE = 0x7FFFFFFF }; /* no such index */
 /* Numbers on a mesh by name ("vertex_color"), for the texture `mesh_attribute`. */
 struct mesh_attribute {
     const char *name;
+    uint64_t key;        /* mesh_attribute_key() of the name */
     float *values;       /* [n_vertices or n_triangles][n_channels] */
     uint32_t n_channels; /* 1 or 3 */
     bool is_of_faces;    /* one value for each triangle, else for each vertex */
@@ -73,7 +74,13 @@ struct group {
 
 /* ---- Can change: the state ----------------------------------------------------------------- */
 
-enum texture_kind { TEXTURE_CONSTANT, TEXTURE_BITMAP, TEXTURE_CHECKERBOARD, TEXTURE_GRID };
+enum texture_kind {
+    TEXTURE_CONSTANT,
+    TEXTURE_BITMAP,
+    TEXTURE_CHECKERBOARD,
+    TEXTURE_GRID,
+    TEXTURE_MESH_ATTRIBUTE
+};
 enum texture_filter { TEXTURE_BILINEAR, TEXTURE_NEAREST };
 enum texture_wrap { TEXTURE_REPEAT, TEXTURE_MIRROR, TEXTURE_CLAMP };
 
@@ -85,6 +92,7 @@ struct texture {
     float line_width;           /* GRID: half the width of a line; a cell has side 1 */
     float to_uv[2][3];          /* uv' = to_uv [u v 1] */
     uint32_t bitmap;            /* BITMAP: into scene->bitmaps */
+    uint64_t attribute;         /* MESH_ATTRIBUTE: mesh_attribute_key() of its name */
     enum texture_filter filter;
     enum texture_wrap wrap;
     bool is_raw; /* no sRGB decoding of 8-bit bitmaps */

@@ -78,7 +78,7 @@ struct bsdf_point {
 
     /* Bump and normal maps: axes of the material's own frame in the shading frame. */
     struct frame turn;
-    float shadow; /* squared roughness of the terminator's softening; 0: none */
+    float shadow; /* squared roughness of the terminator's softening, of the innermost; 0: none */
 
     /* Blend: children are looked up when they are asked for. */
     const struct material *materials;

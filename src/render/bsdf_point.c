@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/bsdf.h"
 
-enum { MAX_NESTING = 8 };
+enum { MAX_NESTING = 12 };
 
 static float clamp01(float x)
 {

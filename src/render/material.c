@@ -3,7 +3,7 @@
 #include "render/fresnel.h"
 
 /* Nested materials (mask of twosided of ...) are followed this deep; deeper ones end here. */
-enum { MAX_NESTING = 8 };
+enum { MAX_NESTING = 12 };
 
 static uint32_t lobes_of(const struct bsdf *bsdfs, uint32_t index, int depth)
 {

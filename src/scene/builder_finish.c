@@ -14,7 +14,7 @@ static void *arena_copy(struct arena *a, const void *from, size_t n, size_t size
 
 /* ---- Checks that need the whole ------------------------------------------------------------ */
 
-enum { MAX_BSDF_DEPTH = 8, MAX_INSTANCES = 1 << 22 };
+enum { MAX_BSDF_DEPTH = 12, MAX_INSTANCES = 1 << 22 };
 
 static bool is_zero(const struct texture *t)
 {

@@ -312,6 +312,52 @@ static void add_lamps(struct made_scene *m)
     made_sphere(m, vec3(0, 0.25f, 0.8f), 0.25f, plastic, SCENE_NONE);
 }
 
+static uint32_t made_around(struct made_scene *m, enum bsdf_kind kind, uint32_t child)
+{
+    uint32_t b = made_bsdf(m, kind);
+    m->bsdfs[b].child[0] = child;
+    return b;
+}
+
+/* A row of balls of layered, mixed and mapped materials, and a pane of thin glass. */
+static void add_layers(struct made_scene *m)
+{
+    float relief[8 * 8 * 3];
+    for (int i = 0; i < 8 * 8 * 3; i++) relief[i] = 0.2f + 0.1f * (float)(i * 5 % 7);
+    uint32_t picture = made_texture(m, vec3_splat(1.0f));
+    m->textures[picture] = (struct texture){.kind = TEXTURE_BITMAP,
+                                            .value = vec3_splat(1.0f),
+                                            .bitmap = made_bitmap(m, 8, 8, relief),
+                                            .to_uv = {{2, 0, 0}, {0, 3, 0}}};
+    uint32_t paint = made_rough(m, BSDF_ROUGH_PLASTIC, MICROFACET_GGX, 0.2f);
+    m->bsdfs[paint].reflectance = made_texture(m, vec3(0.6f, 0.2f, 0.1f));
+    uint32_t car = made_bsdf(m, BSDF_PRINCIPLED);
+    m->bsdfs[car].reflectance = picture;
+    m->bsdfs[car].alpha_u = m->bsdfs[car].alpha_v = made_texture(m, vec3_splat(0.5f));
+    for (int i = 0; i < PRINCIPLED_SLOTS; i++)
+        m->bsdfs[car].principled[i] = made_texture(m, vec3_splat(0.3f));
+    uint32_t shiny = made_bsdf(m, BSDF_PHONG);
+    m->bsdfs[shiny].reflectance = m->bsdfs[shiny].specular_reflectance = made_texture(
+        m, vec3(0.4f, 0.3f, 0.5f));
+    m->bsdfs[shiny].exponent = made_texture(m, vec3_splat(25.0f));
+    uint32_t clay = made_rough(m, BSDF_ROUGH_DIFFUSE, MICROFACET_BECKMANN, 0.4f);
+    m->bsdfs[clay].reflectance = made_texture(m, vec3(0.7f, 0.5f, 0.4f));
+    uint32_t dented = made_around(m, BSDF_BUMPMAP, clay), leather, mixed;
+    m->bsdfs[dented].normals = picture;
+    m->bsdfs[dented].scale = 0.1f;
+    mixed = made_around(m, BSDF_BLEND, dented);
+    m->bsdfs[mixed].child[1] = made_around(m, BSDF_TWOSIDED, shiny);
+    m->bsdfs[mixed].weight = picture;
+    leather = made_around(m, BSDF_NORMALMAP, paint);
+    m->bsdfs[leather].normals = picture;
+    const uint32_t balls[] = {leather, car, mixed, dented};
+    made_group(m);
+    for (int i = 0; i < 4; i++)
+        made_sphere(m, vec3(-1.2f + 0.75f * (float)i, 0.2f, 1.6f), 0.2f, balls[i], SCENE_NONE);
+    made_quad(m, vec3(-0.8f, 0, 1.9f), vec3(0.8f, 0, 0), vec3(0, 0.8f, 0),
+              made_bsdf(m, BSDF_THIN_DIELECTRIC), SCENE_NONE);
+}
+
 struct made_scene *made_all_kinds(uint32_t width, uint32_t height)
 {
     struct made_scene *m = made_scene_new();
@@ -336,6 +382,8 @@ struct made_scene *made_all_kinds(uint32_t width, uint32_t height)
     add_lamps(m);
     turn = transform_rotate(vec3(0, 1, 0), -25);
     made_instance(m, 2, &turn);
+    add_layers(m);
+    made_instance(m, 3, &turn);
     made_camera(m, vec3(0.3f, 1.4f, 4.5f), vec3(0, 0.8f, 0), 45, width, height);
     return m;
 }

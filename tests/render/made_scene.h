@@ -15,7 +15,7 @@
  *   made_camera(m, origin, target, fov, width, height);
  *   struct view *v = made_view(m);
  */
-enum { MADE_MAX = 32 };
+enum { MADE_MAX = 64 };
 
 struct made_scene {
     struct scene scene;

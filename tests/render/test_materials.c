@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Layered, mixed and mapped materials: the checks of bsdf_checks.h, and known values. */
 #include <math.h>
+#include <string.h>
 
 #include "base/rng.h"
 #include "bsdf_checks.h"
@@ -371,6 +372,41 @@ static void coats(void **state)
     }
 }
 
+static struct vec3 value_of(const struct bsdf_point *p)
+{
+    struct vec3 value;
+    float pdf;
+    bsdf_eval(p, direction(0.4, 0), direction(0.9, 2), &value, &pdf);
+    return value;
+}
+
+/* A variable changes roughness and index: tables from before are right or made anew, and materials
+ * that share one do not disturb each other. */
+static void coats_follow_variables(void **state)
+{
+    (void)state;
+    static const float alphas[] = {0.1f, 0.4f, 0.1f, 0.8f}, etas[] = {1.5f, 1.5f, 1.7f, 1.5f};
+    static struct coat fresh[2];
+    shelf.n_bsdfs = shelf.n_textures = 0;
+    struct bsdf *f = rough(BSDF_ROUGH_PLASTIC, MICROFACET_GGX, 0.2f);
+    struct bsdf *g = rough(BSDF_ROUGH_PLASTIC, MICROFACET_GGX, 0.3f);
+    for (int i = 0; i < 4; i++) {
+        shelf.textures[g->alpha_u].value = vec3_splat(alphas[i]);
+        g->eta = etas[i];
+        prepare();
+        struct bsdf_point p = point_at(g, vec3(0, 0, 1)), q = point_at(f, vec3(0, 0, 1));
+        struct vec3 kept = value_of(&p), other = value_of(&q);
+        memset(fresh, 0, sizeof fresh);
+        material_init(shelf.materials, shelf.bsdfs, shelf.n_bsdfs, &shelf.set, fresh);
+        p = point_at(g, vec3(0, 0, 1));
+        q = point_at(f, vec3(0, 0, 1));
+        struct vec3 made = value_of(&p), other_made = value_of(&q);
+        assert_memory_equal(&kept, &made, sizeof kept);
+        assert_memory_equal(&other, &other_made, sizeof other);
+    }
+    assert_int_equal(material_count_coats(shelf.bsdfs, shelf.n_bsdfs), 2);
+}
+
 /* Thin glass: the sum over reflections back and forth. */
 static void thin_glass(void **state)
 {
@@ -454,6 +490,7 @@ int main(void)
         cmocka_unit_test(rough_diffuse_is_the_papers),
         cmocka_unit_test(phong_keeps_light_at_normal_incidence),
         cmocka_unit_test(coats),
+        cmocka_unit_test(coats_follow_variables),
         cmocka_unit_test(thin_glass),
         cmocka_unit_test(maps_turn_the_frame),
         cmocka_unit_test(buffers),

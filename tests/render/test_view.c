@@ -325,6 +325,32 @@ static void buffers_are_filtered(void **state)
     made_scene_free(m);
 }
 
+/* What a normal map does to the buffers: the normal leans, whatever the frame around it, and the
+ * position's own normal stays. */
+static void mapped_normals_are_seen(void **state)
+{
+    (void)state;
+    struct made_scene *m = made_scene_new();
+    uint32_t map = made_bsdf(m, BSDF_NORMALMAP);
+    m->bsdfs[map].child[0] = made_diffuse(m, vec3(0.2f, 0.4f, 0.6f));
+    m->bsdfs[map].normals = made_texture(m, vec3(0.8f, 0.5f, 0.9f)); /* (0.6, 0, 0.8) */
+    made_quad(m, vec3(-2, 0, 2), vec3(4, 0, 0), vec3(0, 0, -4), map, SCENE_NONE);
+    made_camera(m, vec3(0, 3, 0), vec3(0, 0, 0), 30, 8, 8);
+    struct view *v = made_view(m);
+    struct trace_settings t = made_settings(m, 2, 1);
+    struct window w = picture_whole(8, 8);
+    struct picture p = picture_trace(view_trace, v, &t, &w);
+    for (size_t i = 0; i < 64; i++) {
+        const float *b = p.buffers + i * BUFFER_CHANNELS, *n = b + BUFFER_NORMAL;
+        assert_true(b[BUFFER_GEO_NORMAL + 1] > 0.9999f);
+        assert_true(fabsf(n[1] - 0.8f) < 1e-5f);
+        assert_true(fabsf(n[0] * n[0] + n[2] * n[2] - 0.36f) < 1e-5f);
+        assert_true(b[BUFFER_ALBEDO + 1] == 0.4f && b[BUFFER_ROUGHNESS] == 1.0f);
+    }
+    picture_release(&p);
+    made_scene_free(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -335,6 +361,7 @@ int main(void)
         cmocka_unit_test(halves_are_independent),
         cmocka_unit_test(buffers_are_what_is_seen),
         cmocka_unit_test(buffers_are_filtered),
+        cmocka_unit_test(mapped_normals_are_seen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -49,14 +49,15 @@ OUTSIDE_CASES = [
 ]
 
 
-# Skies by another model than Mitsuba's: docs/scene-format.md has how far they are apart.
-OTHER_MODEL = ("sunsky",)
+# Not for comparison: a sky by another model than Mitsuba's (docs/scene-format.md has how far they
+# are apart), and a light that its `path` does not see.
+OTHERS = ("sunsky", "directionalarea")
 
 
 def own_cases():
     """The small scenes of this project, at their default configuration."""
     return [Case(path.stem, path, size=64) for path in sorted((ROOT / "scenes/tests").glob("*.xml"))
-            if path.stem not in OTHER_MODEL]
+            if path.stem not in OTHERS]
 
 
 def all_cases():

@@ -76,13 +76,13 @@ SUNSKY = """
 """
 
 
-def glowing(kind, where, texture, extra=""):
+def glowing(kind, where, texture, extra="", emitter="area"):
     return f"""
     <shape type="{kind}">
 {extra}        <transform name="to_world">
             {where}
         </transform>
-        <emitter type="area">
+        <emitter type="{emitter}">
 {texture}        </emitter>
     </shape>
 """
@@ -138,6 +138,20 @@ def scenes(m):
     picture = m.bitmap("radiance", "textures/picture.png")
     things = m.material("diffuse") + m.THINGS + m.FLOOR
     return {
+        "directionalarea": ("Surfaces that shine along their normals: a card, a disk, a sphere",
+                            things
+                            + glowing("rectangle", '<scale x="0.5" y="0.8"/>\n            '
+                                      '<rotate x="1" angle="70"/>\n            '
+                                      '<translate x="-0.3" y="3" z="-0.6"/>', picture,
+                                      emitter="directionalarea")
+                            + glowing("disk", '<scale x="0.3" y="0.5"/>\n            '
+                                      '<rotate x="1" angle="150"/>\n            '
+                                      '<translate x="1.3" y="2.3" z="1.6"/>', picture,
+                                      emitter="directionalarea")
+                            + glowing("sphere", '<scale value="0.2"/>\n            '
+                                      '<translate x="0.2" y="1.4" z="0.6"/>',
+                                      m.rgb("radiance", "2, 4, 6").replace("  <", "      <"),
+                                      emitter="directionalarea")),
         "spot": ("Two spots, one through a picture", things + SPOT),
         "directional": ("Light from two directions", things + DIRECTIONAL),
         "sunsky": ("The sun in a clear sky", things + SUNSKY),

@@ -258,8 +258,13 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
     s->p = vec3_splat(0.0f);
     s->is_delta = s->is_infinite = false;
     if (l->kind == EMITTER_AREA) return sample_area(v, l, reference, u1, u2, s);
-    bool is_found = emitter_is_environment(l->kind) ? light_environment_sample(v, l, u1, u2, s)
-                                                    : light_sample_delta(v, l, reference, s);
+    bool is_found;
+    if (l->kind == EMITTER_DIRECTIONAL_AREA)
+        is_found = light_sample_normals(v, l, reference, u1, s);
+    else if (emitter_is_environment(l->kind))
+        is_found = light_environment_sample(v, l, u1, u2, s);
+    else
+        is_found = light_sample_delta(v, l, reference, s);
     if (!is_found || !(s->pdf > 0.0f) || !isfinite(s->pdf)) return false;
     s->pdf /= (float)v->n_lights;
     s->weight = vec3_scale(s->weight, 1.0f / s->pdf);
@@ -269,6 +274,8 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
 struct vec3 light_surface_radiance(const struct view *v, const struct surface *s, struct vec3 d)
 {
     if (s->shape->emitter == SCENE_NONE || !(vec3_dot(s->frame.n, d) < 0.0f))
+        return vec3_splat(0.0f);
+    if (v->state.emitters[s->shape->emitter].kind != EMITTER_AREA) /* along its normals only */
         return vec3_splat(0.0f);
     return emitted(v, s->shape->emitter, s->u, s->v);
 }

@@ -112,6 +112,12 @@ void light_init_delta(struct light *l, const struct view *v);
 bool light_sample_delta(const struct view *v, const struct light *l, struct vec3 reference,
                         struct light_sample *s);
 
+/* The same for surfaces that shine along their normals (light_normals.c). `choice` in [0,1) picks
+ * one of several places. Meshes are searched triangle by triangle and count as flat faces;
+ * ellipsoids are dark. */
+bool light_sample_normals(const struct view *v, const struct light *l, struct vec3 reference,
+                          float choice, struct light_sample *s);
+
 /* Envmaps: light_envmap.c. d is in the map's own space. */
 bool envmap_alloc(struct world_envmap *e, uint32_t width, uint32_t height, float span);
 /* Readies a map whose rgb is filled in; weights [height - 1][width] are scratch. */

@@ -175,7 +175,10 @@ static void refresh_lights(struct view *v)
             const struct world_shape *shape = &v->instances[i].shapes[j];
             if (shape->emitter == SCENE_NONE) continue;
             v->lights[v->n_lights++] = (struct light){
-                .kind = EMITTER_AREA, .emitter = shape->emitter, .instance = i, .shape = shape};
+                .kind = v->state.emitters[shape->emitter].kind,
+                .emitter = shape->emitter,
+                .instance = i,
+                .shape = shape};
         }
     }
     struct sky *sky = v->skies;

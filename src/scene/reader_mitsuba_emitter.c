@@ -15,6 +15,13 @@ static lmn_status read_area(struct props *p, struct emitter *e)
     return props_radiance(p, "radiance", &e->radiance);
 }
 
+static lmn_status read_directional_area(struct props *p, struct emitter *e)
+{
+    lmn_status status = read_area(p, e);
+    e->kind = EMITTER_DIRECTIONAL_AREA;
+    return status;
+}
+
 static lmn_status read_constant(struct props *p, struct emitter *e)
 {
     e->kind = EMITTER_CONSTANT;
@@ -127,7 +134,7 @@ static const struct {
     {"point", read_point},
     {"spot", read_spot},
     {"directional", read_directional},
-    {"directionalarea", NULL},
+    {"directionalarea", read_directional_area},
     {"projector", read_projector},
     {"sun", read_sky},
     {"sky", read_sky},

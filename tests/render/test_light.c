@@ -695,6 +695,82 @@ static void single_directions_send_what_they_should(void **state)
     check_delta("behind a projector", start_delta(EMITTER_PROJECTOR, 180), 0);
 }
 
+/* Lights along normals: what of the power per area of 1 arrives. */
+static void normals_send_what_they_should(void **state)
+{
+    (void)state;
+    const struct vec3 up = {0, 0, 1}, aslant = {0.6f, 0, 0.8f}, any = {0, 0, 0};
+    struct transform here = transform_translate(reference);
+
+    /* A plate above, at any height; one whose edge ends before; one that looks away. */
+    struct made_scene *m = start(here);
+    made_quad(m, vec3(-1, -1.5f, 5), vec3(0, 2, 0), vec3(2, 0, 0), black(m), area(m));
+    m->emitters[0].kind = EMITTER_DIRECTIONAL_AREA;
+    finish("plate", m, aslant, 0.8);
+    m = start(here);
+    made_quad(m, vec3(0.01f, -1, 5), vec3(0, 2, 0), vec3(2, 0, 0), black(m), area(m));
+    m->emitters[0].kind = EMITTER_DIRECTIONAL_AREA;
+    finish("plate beside", m, aslant, 0);
+    m = start(here);
+    made_quad(m, vec3(-1, -1.5f, 5), vec3(2, 0, 0), vec3(0, 2, 0), black(m), area(m));
+    m->emitters[0].kind = EMITTER_DIRECTIONAL_AREA;
+    finish("plate from behind", m, aslant, 0);
+
+    /* A mesh of three plates above each other, of which one is turned: no light is lost to the
+     * choice among the other two. Mirrored by its instance, it is the one. */
+    static const float positions[] = {-1, -1, 2, 1, -1, 2,  0, 1, 2,  -1, -1, 3, 1, -1,
+                                      3,  0,  1, 3, -1, -1, 4, 1, -1, 4,  0,  1, 4};
+    static const uint32_t indices[] = {0, 2, 1, 3, 4, 5, 6, 8, 7};
+    m = start(here);
+    made_mesh(m, 9, positions, 3, indices, black(m), area(m));
+    m->emitters[0].kind = EMITTER_DIRECTIONAL_AREA;
+    finish("plates", m, up, 2);
+    struct transform turn = transform_scale(vec3(1, 1, -1)), place = transform_mul(&here, &turn);
+    m = start(place);
+    made_mesh(m, 9, positions, 3, indices, black(m), area(m));
+    m->emitters[0].kind = EMITTER_DIRECTIONAL_AREA;
+    finish("plates, mirrored", m, vec3(0, 0, -1), 2);
+
+    /* Ellipses of a disk: its middle and its end. */
+    struct transform down = transform_rotate(vec3(1, 0, 0), 180),
+                     wide = transform_scale(vec3(2, 0.5f, 1));
+    for (int i = 0; i < 2; i++) {
+        struct transform move = transform_translate(vec3(i ? 1.9f : 2.1f, 0, 3));
+        struct transform disk = transform_mul(&wide, &down);
+        disk = transform_mul(&move, &disk);
+        m = start(here);
+        made_disk(m, &disk, black(m), area(m));
+        m->emitters[0].kind = EMITTER_DIRECTIONAL_AREA;
+        finish("disk along its normal", m, up, i ? 1 : 0);
+    }
+
+    /* A sphere spreads its light, a hollow one gathers that of both sides. */
+    m = start(here);
+    made_sphere(m, vec3(0, 0, 3), 1.5f, black(m), area(m));
+    m->emitters[0].kind = EMITTER_DIRECTIONAL_AREA;
+    finish("sphere along normals", m, aslant, 0.8 / 4);
+    m = start(here);
+    uint32_t s = made_sphere(m, vec3(0, 0, 1), 2, black(m), area(m));
+    m->shapes[s].flip_normals = true;
+    m->emitters[0].kind = EMITTER_DIRECTIONAL_AREA;
+    finish("hollow sphere along normals", m, any, 2 * 4);
+    m = start(here);
+    s = made_sphere(m, vec3(0, 0, 1), 2, black(m), area(m));
+    m->emitters[0].kind = EMITTER_DIRECTIONAL_AREA;
+    finish("sphere along normals, from inside", m, any, 0);
+
+    /* It cannot be seen. */
+    m = start(transform_identity());
+    made_sphere(m, vec3(2, 0, 0), 0.5f, black(m), area(m));
+    m->emitters[0].kind = EMITTER_DIRECTIONAL_AREA;
+    made_view(m);
+    struct surface at;
+    struct vec3 d = vec3_normalize(vec3_sub(vec3(2, 0, 0), reference));
+    assert_true(seen(m->view, d, &at));
+    assert_true(vec3_is_zero(light_surface_radiance(m->view, &at, d)));
+    made_scene_free(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -702,6 +778,7 @@ int main(void)
         cmocka_unit_test(samples_agree_with_functions),
         cmocka_unit_test(surfaces_send_what_they_should),
         cmocka_unit_test(environments_send_what_they_should),
+        cmocka_unit_test(normals_send_what_they_should),
         cmocka_unit_test(skies_send_what_they_should),
         cmocka_unit_test(the_sky_is_preethams),
         cmocka_unit_test(single_directions_send_what_they_should),

@@ -377,6 +377,14 @@ done:
     return status;
 }
 
+/* Around the scene, and not the same everywhere. */
+static bool can_turn(const struct entry *e, const struct target *t)
+{
+    if (t->owner != BUILDER_EMITTER) return false;
+    enum emitter_kind kind = e->b->emitters[t->index].emitter.kind;
+    return kind == EMITTER_ENVMAP || kind == EMITTER_SKY;
+}
+
 lmn_status entry_read_envmap(struct entry *e)
 {
     lmn_status status = LMN_OK;
@@ -390,8 +398,7 @@ lmn_status entry_read_envmap(struct entry *e)
         if (!e->targets) return entry_no_memory(e);
         for (size_t i = 0; i < list->n && e->n_targets == 0; i++) {
             const struct target *t = &list->items[i];
-            if (t->owner == BUILDER_EMITTER && t->type == PARAM_TRANSFORM && !t->is_alias &&
-                e->b->emitters[t->index].emitter.kind == EMITTER_ENVMAP)
+            if (can_turn(e, t) && t->type == PARAM_TRANSFORM && !t->is_alias)
                 e->targets[e->n_targets++] = t;
         }
         if (e->n_targets == 0) return json_reader_fail(e->r, "the scene has no envmap");
@@ -399,8 +406,7 @@ lmn_status entry_read_envmap(struct entry *e)
     json_reader_enter(e->r, "targets", 0);
     for (size_t i = 0; i < e->n_targets; i++) {
         const struct target *t = e->targets[i];
-        if (t->owner == BUILDER_EMITTER && e->b->emitters[t->index].emitter.kind == EMITTER_ENVMAP)
-            continue;
+        if (can_turn(e, t)) continue;
         status = json_reader_fail(e->r, "\"%.200s\" is not an envmap's", t->path);
         goto done;
     }

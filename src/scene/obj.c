@@ -97,7 +97,8 @@ static lmn_status read_corner(struct obj *o, struct corner *c)
         return fail_line(o, "expected the index of a vertex (v) that comes before");
     if (*o->at == '/') {
         o->at++;
-        if (*o->at != '/' && !read_index(o, o->t.n / 2, &c->t))
+        bool is_empty = *o->at == '/' || *o->at == ' ' || *o->at == '\t' || at_line_end(o);
+        if (!is_empty && !read_index(o, o->t.n / 2, &c->t))
             return fail_line(o, "expected the index of a texture coordinate (vt)");
         if (*o->at == '/') {
             o->at++;

@@ -106,6 +106,11 @@ static void obj_lines(void **state)
              plain());
     assert_int_equal(m.n_vertices, 4);
     assert_float_equal(m.uvs[2 * 3], 1.0f, 0.0f);
+
+    /* Slashes with nothing behind them. */
+    m = load(obj_load, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/ 2/ 3/\n", plain());
+    assert_int_equal(m.n_vertices, 3);
+    assert_null(m.uvs);
 }
 
 struct bad_mesh {
@@ -235,6 +240,43 @@ static void ply_binary(void **state)
     }
 }
 
+static void check_attribute(const struct mesh *m, uint32_t i, const char *name, uint32_t n_channels,
+                            bool is_of_faces, const float *values, size_t n)
+{
+    const struct mesh_attribute *a = &m->attributes[i];
+    assert_string_equal(a->name, name);
+    assert_int_equal(a->n_channels, n_channels);
+    assert_int_equal(a->is_of_faces, is_of_faces);
+    assert_floats(a->values, values, n);
+}
+
+/* Names as Mitsuba 3 makes them; a quad's values are those of both its triangles. */
+static void ply_attributes(void **state)
+{
+    static const float colours[] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0.2f, 0.4f, 0.6f};
+    static const float weights[] = {1, 2, 3, 4};
+    static const float vectors[] = {.1f, .2f, .3f, .1f, .2f, .3f, .4f, .5f, .6f};
+    static const float face_colours[] = {1, 0, 0, 1, 0, 0, 0, 1, 0};
+    (void)state;
+    struct mesh m = load(
+        ply_load,
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+        "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+        "property list uchar int tags\nproperty float w_0\nproperty float pair_0\n"
+        "property float pair_1\nelement face 2\nproperty float c_x\nproperty float c_y\n"
+        "property float c_z\nproperty list uchar int vertex_indices\n"
+        "property float r\nproperty float g\nproperty float b\nend_header\n"
+        "0 0 0 255 0 0 2 7 8 1 5 5\n1 0 0 0 255 0 0 2 5 5\n1 1 0 0 0 255 0 3 5 5\n"
+        "0 1 0 51 102 153 0 4 5 5\n.1 .2 .3 4 0 1 2 3 1 0 0\n.4 .5 .6 3 0 1 2 0 1 0\n",
+        plain());
+    assert_int_equal(m.n_triangles, 3);
+    assert_int_equal(m.n_attributes, 4);
+    check_attribute(&m, 0, "vertex_color", 3, false, colours, 12);
+    check_attribute(&m, 1, "vertex_w", 1, false, weights, 4);
+    check_attribute(&m, 2, "face_color", 3, true, face_colours, 9);
+    check_attribute(&m, 3, "face_c", 3, true, vectors, 9);
+}
+
 static void ply_errors(void **state)
 {
     static const struct bad_mesh bad[] = {
@@ -360,6 +402,7 @@ int main(void)
         cmocka_unit_test_teardown(obj_errors, release_arena),
         cmocka_unit_test_teardown(ply_ascii, release_arena),
         cmocka_unit_test_teardown(ply_binary, release_arena),
+        cmocka_unit_test_teardown(ply_attributes, release_arena),
         cmocka_unit_test_teardown(ply_errors, release_arena),
         cmocka_unit_test_teardown(primitives, release_arena),
         cmocka_unit_test_teardown(numbers, release_arena),

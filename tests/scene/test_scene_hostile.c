@@ -40,8 +40,45 @@ static const char seed_ply[] =
     "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
     "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
+/* Words of 0.6, spectra, and textures that refer to each other. */
+static const char seed_old[] =
+    "<scene version='0.6.0'><default name='k' value='5000'/>\n"
+    "<integrator type='sppm'><integer name='maxDepth' value='6'/></integrator>"
+    "<sensor type='perspective'><film type='ldrfilm'><float name='gamma' value='2.2'/>"
+    "<rfilter type='lanczos'/></film></sensor>"
+    "<texture type='bitmap' id='b'><string name='filename' value='p.hdr'/>"
+    "<float name='uscale' value='3'/><string name='wrapMode' value='clamp'/></texture>"
+    "<texture type='scale' id='s'><float name='scale' value='0.5'/><ref id='b'/></texture>"
+    "<bsdf type='diffuse' id='m'><ref name='reflectance' id='s'/></bsdf>"
+    "<bsdf type='diffuse' id='g'><texture type='gridtexture' name='reflectance'>"
+    "<float name='lineWidth' value='0.1'/></texture></bsdf>"
+    "<bsdf type='diffuse' id='c'><texture type='vertexcolors' name='reflectance'/></bsdf>"
+    "<shape type='cylinder'><point name='p1' x='1' y='2' z='3'/><float name='radius' value='0.5'/>"
+    "<ref id='m'/></shape>"
+    "<shape type='ply'><string name='filename' value='a.ply'/><ref id='c'/></shape>"
+    "<shape type='sphere'><ref id='g'/></shape>"
+    "<shape type='disk'><emitter type='area'>"
+    "<spectrum name='radiance' value='400:1, 500:2, 700:1.5'/></emitter></shape>"
+    "<emitter type='point'><blackbody name='intensity' temperature='$k'/></emitter></scene>";
+
+/* Attributes of vertices and of faces, lists in between. */
+static const char seed_attributes[] =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+    "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+    "property list uchar int tags\nproperty float w_0\nelement face 2\nproperty float c_0\n"
+    "property list uchar int vertex_indices\nproperty float c_1\nproperty float c_2\n"
+    "property float r\nproperty float g\nproperty float b\nend_header\n"
+    "0 0 0 255 0 0 2 7 8 1\n1 0 0 0 255 0 0 2\n1 1 0 0 0 255 0 3\n0 1 0 9 9 9 0 4\n"
+    "1 4 0 1 2 3 2 3 0.1 0.2 0.3\n1 3 0 1 2 2 3 0.4 0.5 0.6\n";
+
+static const char seed_hdr[] = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 2\n"
+                               "abc\x80zyx\x81klm\x7fpqr\x82";
+
 static void write_seeds(void)
 {
+    text_write_string("old.xml", seed_old);
+    text_write_string("a.ply", seed_attributes);
+    text_write_string("p.hdr", seed_hdr);
     text_write_string("m.obj", seed_obj);
     text_write_string("m.ply", seed_ply);
     text_write_string("s.xml", seed_scene);
@@ -78,7 +115,7 @@ static size_t mutate(char *bytes, size_t size, size_t capacity, struct rng *r)
     return size;
 }
 
-static void mutations(const char *name, const char *seed, uint64_t key)
+static void mutations_in(const char *scene, const char *name, const char *seed, uint64_t key)
 {
     size_t n_loaded = 0;
     write_seeds();
@@ -91,7 +128,7 @@ static void mutations(const char *name, const char *seed, uint64_t key)
         memcpy(bytes, seed, size);
         size = mutate(bytes, size, sizeof bytes, &r);
         text_write(name, bytes, size);
-        lmn_status status = text_load_file("s.xml", NULL, &s, &err);
+        lmn_status status = text_load_file(scene, NULL, &s, &err);
         if (status == LMN_OK) {
             n_loaded++;
         } else if (!err.text[0] || strchr(err.text, '\n') || s) {
@@ -102,6 +139,11 @@ static void mutations(const char *name, const char *seed, uint64_t key)
     /* Else the seed itself is broken and nothing was tested. */
     assert_true(n_loaded > 0);
     assert_true(n_loaded < N_MUTATIONS);
+}
+
+static void mutations(const char *name, const char *seed, uint64_t key)
+{
+    mutations_in("s.xml", name, seed, key);
 }
 
 static void damaged_xml(void **state)
@@ -122,16 +164,33 @@ static void damaged_ply(void **state)
     mutations("m.ply", seed_ply, 3);
 }
 
-/* Every allocation of a load fails once. */
-static void short_memory(void **state)
+static void damaged_old_xml(void **state)
 {
     (void)state;
+    mutations_in("old.xml", "old.xml", seed_old, 4);
+}
+
+static void damaged_attributes(void **state)
+{
+    (void)state;
+    mutations_in("old.xml", "a.ply", seed_attributes, 5);
+}
+
+static void damaged_picture(void **state)
+{
+    (void)state;
+    mutations_in("old.xml", "p.hdr", seed_hdr, 6);
+}
+
+/* Every allocation of a load fails once. */
+static void short_memory_in(const char *name)
+{
     write_seeds();
     for (uint64_t n = 1;; n++) {
         struct scene *s;
         struct error err;
         mem_fail_after(n);
-        lmn_status status = text_load_file("s.xml", NULL, &s, &err);
+        lmn_status status = text_load_file(name, NULL, &s, &err);
         mem_fail_after(0);
         if (status == LMN_OK) {
             scene_free(s);
@@ -141,6 +200,62 @@ static void short_memory(void **state)
         if (status != LMN_ERR_MEMORY) fail_msg("allocation %d: %s", (int)n, err.text);
         assert_null(s);
     }
+}
+
+static void short_memory(void **state)
+{
+    (void)state;
+    short_memory_in("s.xml");
+    short_memory_in("old.xml");
+}
+
+/* Must fail with that in the message. */
+static void assert_refused(const char *text, const char *message)
+{
+    struct scene *s;
+    struct error err;
+    text_write_string("r.xml", text);
+    assert_int_not_equal(text_load_file("r.xml", NULL, &s, &err), LMN_OK);
+    if (!strstr(err.text, message)) fail_msg("\"%s\" instead of \"%s\"", err.text, message);
+}
+
+#define SCENE(body) "<scene version='3.0.0'>" body "</scene>"
+
+static void cycles_and_absurd_numbers(void **state)
+{
+    (void)state;
+    assert_refused(SCENE("<texture type='scale' id='a'><ref id='b'/></texture>"
+                         "<texture type='scale' id='b'><ref id='a'/></texture>"),
+                   "refers to itself");
+    assert_refused(SCENE("<bsdf type='mask' id='a'><ref id='a'/></bsdf>"), "refers to itself");
+    assert_refused(SCENE("<shape type='cylinder'><float name='radius' value='1e30'/></shape>"),
+                   "the cylinder is out of range");
+    assert_refused(SCENE("<shape type='cylinder'><float name='radius' value='nan'/></shape>"),
+                   "is not a number");
+    assert_refused(SCENE("<shape type='cylinder'><float name='radius' value='-1'/></shape>"),
+                   "must be above 0");
+    assert_refused(SCENE("<shape type='cylinder'><point name='p1' value='0 0 0'/></shape>"),
+                   "are equal");
+    assert_refused(SCENE("<shape type='cylinder'><transform name='to_world'>"
+                         "<scale x='2'/></transform></shape>"),
+                   "no longer round");
+    assert_refused(
+        SCENE("<bsdf type='diffuse' id='d'><texture type='mesh_attribute' "
+              "name='reflectance'><string name='name' value='vertex_x'/></texture></bsdf>"
+              "<shape type='sphere'><ref id='d'/></shape>"),
+        "the shape has no mesh attribute");
+    assert_refused(
+        SCENE("<shape type='cube'><emitter type='area'><texture type='mesh_attribute' "
+              "name='radiance'><string name='name' value='vertex_x'/></texture></emitter>"
+              "</shape>"),
+        "light from a mesh attribute is not supported");
+    assert_refused(SCENE("<integrator type='aov'><integrator type='aov'><integrator type='aov'>"
+                         "<integrator type='aov'><integrator type='aov'><integrator type='aov'>"
+                         "<integrator type='aov'><integrator type='aov'><integrator type='aov'>"
+                         "<integrator type='path'/></integrator></integrator></integrator>"
+                         "</integrator></integrator></integrator></integrator></integrator>"
+                         "</integrator>"),
+                   "integrators are nested too deep");
 }
 
 static void append(char **at, const char *text, int n)
@@ -251,6 +366,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(damaged_xml),     cmocka_unit_test(damaged_obj),
         cmocka_unit_test(damaged_ply),     cmocka_unit_test(short_memory),
+        cmocka_unit_test(damaged_old_xml), cmocka_unit_test(damaged_attributes),
+        cmocka_unit_test(damaged_picture), cmocka_unit_test(cycles_and_absurd_numbers),
         cmocka_unit_test(depth_and_width), cmocka_unit_test(include_bomb),
     };
     return cmocka_run_group_tests_name("hostile scenes", tests, text_setup, text_teardown);

@@ -80,7 +80,7 @@ static void walk_texture(struct walk *w, const char *prefix, uint32_t index, enu
     double factor_high = t->kind == TEXTURE_CONSTANT ? high : 1e6;
     walk_field(w, prefix, "value", BUILDER_TEXTURE, index, offsetof(struct texture, value), type,
                low, factor_high, is_alias);
-    if (t->kind != TEXTURE_CHECKERBOARD) return;
+    if (t->kind != TEXTURE_CHECKERBOARD && t->kind != TEXTURE_GRID) return;
     static const char *const names[2] = {"color0", "color1"};
     const size_t offsets[2] = {offsetof(struct texture, color0), offsetof(struct texture, color1)};
     for (int i = 0; i < 2; i++) {
@@ -422,7 +422,8 @@ static void add_object_name(struct str *out, const struct builder_object *o, con
 static void add_value(struct str *out, const struct builder *b, const struct target *t,
                       const struct param *p, struct scene_state *state)
 {
-    static const char *const textures[] = {"constant", "bitmap", "checkerboard"};
+    static const char *const textures[] = {"constant", "bitmap", "checkerboard", "gridtexture",
+                                           "mesh_attribute"};
     /* What no variable moves is in the vertices; what one moves has it there too, below the
      * instance: the declared transform is what a reader of the scene file expects. */
     if (t->owner == BUILDER_SHAPE && t->part == PART_TO_WORLD) {

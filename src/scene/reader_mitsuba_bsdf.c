@@ -96,6 +96,7 @@ static lmn_status read_conductor(struct props *p, struct bsdf *f)
     lmn_status status = LMN_OK;
     struct vec3 eta = vec3(0, 0, 0), k = vec3(1, 1, 1); /* "none": a perfect mirror */
     const char *material = NULL;
+    if (p->node->is_legacy && !props_has(p, "eta") && !props_has(p, "k")) material = "Cu";
     TRY(props_string(p, "material", &material));
     if (material && (props_has(p, "eta") || props_has(p, "k")))
         return fail_node(p->r, p->node, "either \"material\" or \"eta\" and \"k\"");

@@ -22,6 +22,7 @@ static const struct element_entry elements[] = {
     {"vector4f", EL_VECTOR4F, " name value "},
     {"rgb", EL_RGB, " name value id intent "},
     {"spectrum", EL_SPECTRUM, " name value filename id intent "},
+    /* <spectrum type="...">: the same as a texture of that type, of Mitsuba 2 and 3 */
     {"srgb", EL_SRGB, " name value id intent "},
     {"blackbody", EL_BLACKBODY, " name temperature scale id "},
     {"transform", EL_TRANSFORM, " name id "},
@@ -63,12 +64,18 @@ const char *element_name(enum element element)
     return "";
 }
 
+static const struct element_entry *find_element(const char *name)
+{
+    for (size_t i = 0; i < N_ELEMENTS; i++) {
+        if (strcmp(elements[i].name, name) == 0) return &elements[i];
+    }
+    return NULL;
+}
+
 lmn_status check_element(struct reader *r, struct xml_node *node)
 {
-    const struct element_entry *e = NULL;
-    for (size_t i = 0; i < N_ELEMENTS && !e; i++) {
-        if (strcmp(elements[i].name, node->name) == 0) e = &elements[i];
-    }
+    const struct element_entry *e = find_element(node->name);
+    if (e && e->element == EL_SPECTRUM && xml_attribute(node, "type")) e = find_element("texture");
     if (!e) {
         const char *names[N_ELEMENTS];
         for (size_t i = 0; i < N_ELEMENTS; i++) names[i] = elements[i].name;

@@ -147,6 +147,24 @@ done:
     return status;
 }
 
+/* Spectra as plugins: the same everywhere, and white where Mitsuba's RGB variants make them so. */
+static lmn_status read_even(struct props *p, struct texture *t)
+{
+    lmn_status status = LMN_OK;
+    bool is_d65 = strcmp(p->type, "d65") == 0, is_srgb = strcmp(p->type, "srgb") == 0;
+    const char *name = is_d65 || is_srgb ? "color" : "value";
+    float scale = 1.0f;
+    t->kind = TEXTURE_CONSTANT;
+    if (is_srgb && !props_has(p, name)) return fail_node(p->r, p->node, "srgb needs a \"color\"");
+    TRY(props_colour(p, name, &t->value));
+    if (is_d65) TRY(props_float(p, "scale", &scale));
+    t->value = vec3_scale(t->value, scale);
+    if (t->value.x < 0.0f || t->value.y < 0.0f || t->value.z < 0.0f)
+        return fail_node(p->r, p->node, "%s must not be negative", p->type);
+done:
+    return status;
+}
+
 /* Of 0.x: another texture times a factor. It is a copy: what drives the other one does not change
  * this one. */
 static lmn_status read_scale(struct props *p, struct texture *t)
@@ -179,9 +197,10 @@ static const struct {
     const char *type;
     texture_fn *read; /* NULL: known, not supported yet */
 } plugins[] = {
-    {"bitmap", read_bitmap}, {"checkerboard", read_checkerboard},     {"gridtexture", read_grid},
-    {"scale", read_scale},   {"mesh_attribute", read_mesh_attribute}, {"volume", NULL},
-    {"wireframe", NULL},     {"vertexcolors", read_mesh_attribute},
+    {"uniform", read_even},     {"d65", read_even},      {"srgb", read_even},
+    {"rawconstant", read_even}, {"bitmap", read_bitmap}, {"checkerboard", read_checkerboard},
+    {"gridtexture", read_grid}, {"scale", read_scale},   {"mesh_attribute", read_mesh_attribute},
+    {"volume", NULL},           {"wireframe", NULL},     {"vertexcolors", read_mesh_attribute},
 };
 enum { N_PLUGINS = sizeof plugins / sizeof *plugins };
 

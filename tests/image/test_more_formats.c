@@ -36,7 +36,7 @@ static void put_byte(struct file *f, unsigned v)
 
 static void put_le(struct file *f, uint32_t v, int n_bytes)
 {
-    for (int i = 0; i < n_bytes; i++) put_byte(f, v >> (8 * i) & 255);
+    for (int i = 0; i < n_bytes; i++) put_byte(f, (unsigned)((uint64_t)v >> (8 * i)) & 255);
 }
 
 /* The picture, four channels: flat on the left, so that runs have something to do. */

@@ -228,6 +228,16 @@ static void colours(void **state)
     assert_true(white.y > 390 && white.y < 450);
     scene_free(s);
 
+    /* Spectra as plugins. */
+    s = load_file("<scene version='3.0.0'><sensor type='perspective'/><emitter type='point'>"
+                  "<spectrum type='d65' name='intensity'><rgb name='color' value='1, 2, 3'/>"
+                  "<float name='scale' value='2'/></spectrum></emitter>" DIFFUSE(
+                      "<spectrum type='uniform' name='reflectance'>"
+                      "<float name='value' value='0.3'/></spectrum>") "</scene>");
+    assert_colour(value_of(s, s->defaults.emitters[0].radiance), 2, 4, 6);
+    assert_colour(value_of(s, bsdf_of(s, 0)->reflectance), 0.3, 0.3, 0.3);
+    scene_free(s);
+
     assert_fails("<scene version='3.0.0'>" DIFFUSE(
                      "<spectrum name='reflectance' value='1, 2, 3'/>") "</scene>",
                  "<spectrum> takes one number");
@@ -306,6 +316,20 @@ static void textures_of_0_x(void **state)
         "unknown property");
 }
 
+/* Copper was the metal of conductors that name none. */
+static void conductors_of_0_x(void **state)
+{
+    (void)state;
+#define CONDUCTOR \
+    "<sensor type='perspective'/><shape type='sphere'><bsdf type='conductor'/></shape>"
+    struct scene *s = load_file("<scene version='0.6.0'>" CONDUCTOR "</scene>");
+    assert_colour(value_of(s, bsdf_of(s, 0)->eta_texture), 0.201005, 0.92375, 1.10222);
+    scene_free(s);
+    s = load_file("<scene version='3.0.0'>" CONDUCTOR "</scene>");
+    assert_colour(value_of(s, bsdf_of(s, 0)->eta_texture), 0, 0, 0);
+    scene_free(s);
+}
+
 /* ---- Refused --------------------------------------------------------------------------------- */
 
 static void refused_by_name(void **state)
@@ -326,7 +350,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_scene_four_ways), cmocka_unit_test(ignored_things_are_told),
         cmocka_unit_test(wrapped_integrators), cmocka_unit_test(colours),
-        cmocka_unit_test(textures_of_0_x),     cmocka_unit_test(refused_by_name),
+        cmocka_unit_test(textures_of_0_x),     cmocka_unit_test(conductors_of_0_x),
+        cmocka_unit_test(refused_by_name),
     };
     return cmocka_run_group_tests_name("generations", tests, text_setup, text_teardown);
 }

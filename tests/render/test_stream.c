@@ -94,6 +94,25 @@ static void settings(void **state)
     made_scene_free(m);
 }
 
+/* Sensors whose rays streams make one by one, and a lens that draws numbers of its own. */
+static void sensors(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 4; i++) {
+        struct made_scene *m = made_all_kinds(64, 48);
+        struct sensor *s = &m->scene.defaults.sensor;
+        s->kind = i & 2 ? SENSOR_THINLENS : SENSOR_ORTHOGRAPHIC;
+        s->aperture_radius = 0.2f;
+        s->focus_distance = 4;
+        s->scale_x = s->scale_y = 2;
+        struct view *v = made_view(m);
+        struct trace_settings t = made_settings(m, 4, 16);
+        if (i & 1) t.sampler = SAMPLER_SOBOL;
+        compare(i & 2 ? "thin lens" : "orthographic", v, &t, 64, 48);
+        made_scene_free(m);
+    }
+}
+
 /* Packets and streams that are not full: sample counts around their sizes. */
 static void counts(void **state)
 {
@@ -142,6 +161,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(files),
         cmocka_unit_test(settings),
+        cmocka_unit_test(sensors),
         cmocka_unit_test(counts),
         cmocka_unit_test(instruction_sets),
     };

@@ -74,6 +74,37 @@ def scenes(t):
                   + flag("flip_invalid_normals", "false")
                   + flag("use_shadowing_function", "false")
                   + nested("conductor", t.GOLD))),
+        "normalmap_anisotropic": (
+            "Brushed metal under a normal map",
+            about("normalmap", t.bitmap("normalmap", "textures/normals.png", RAW)
+                  + nested("roughconductor", glossy + t.number("alpha_u", 0.06)
+                           + t.number("alpha_v", 0.4) + t.GOLD))),
+        # Not anisotropic: Mitsuba 3.9's bumpmap makes its tangent of the local normal and dp/du in
+        # world space, so that the look depends on how the scene is turned (later versions do not).
+        "bumpmap_mesh": (
+            "Bumps on metal, on a smooth mesh that is stretched by an instance",
+            t.material("twosided", nested(
+                "bumpmap", t.number("scale", 0.1) + t.bitmap("height", "textures/bumps.png", RAW)
+                + nested("roughconductor", glossy + t.number("alpha", 0.2) + t.GOLD))) + """
+    <shape type="shapegroup" id="sheet">
+        <shape type="ply">
+            <string name="filename" value="meshes/wave.ply"/>
+            <ref id="material"/>
+        </shape>
+    </shape>
+    <shape type="instance">
+        <ref id="sheet"/>
+        <transform name="to_world">
+            <scale x="1.1" y="0.6" z="0.5"/>
+            <rotate y="1" angle="25"/>
+            <translate y="0.7"/>
+        </transform>
+    </shape>
+""" + t.BACKLIT),
+        "roughdielectric_anisotropic": (
+            "Rough glass, rougher along u",
+            about("roughdielectric", glossy + t.number("alpha_u", 0.4) + t.number("alpha_v", 0.1)
+                  + t.GLASS)),
         "principled": (
             "The principled material: paint with a clear coat and sheen",
             about("principled", t.rgb("base_color", "0.8, 0.3, 0.2") + t.number("roughness", 0.4)

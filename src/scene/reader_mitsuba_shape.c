@@ -325,7 +325,7 @@ static const struct mesh_attribute *find_attribute(const struct mesh *m, uint64_
 static lmn_status check_attributes(struct reader *r, const struct xml_node *node,
                                    const struct builder_shape *s, uint32_t bsdf, int depth)
 {
-    enum { MAX_DEPTH = 8 }; /* builder_finish() refuses deeper nesting */
+    enum { MAX_DEPTH = 12 }; /* builder_finish() refuses deeper nesting */
     lmn_status status = LMN_OK;
     const struct bsdf *f = &r->b->bsdfs[bsdf].bsdf;
     const struct mesh *m = s->kind == SHAPE_MESH ? &r->b->meshes[s->mesh] : NULL;

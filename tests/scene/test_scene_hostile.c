@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "scene_text.h"
 
+#include <sys/resource.h>
+
 #include "base/clock.h"
 #include "base/rng.h"
 #include "scene/mesh.h"
@@ -258,6 +260,42 @@ static void cycles_and_absurd_numbers(void **state)
                    "integrators are nested too deep");
 }
 
+/* Small files that claim to be huge are refused, and take no memory. */
+static void huge_claims(void **state)
+{
+    static const char tga[] = "\0\0\012\0\0\0\0\0\0\0\0\0\0\x20\0\x20\030\0xyz";
+    static const char hdr[] = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 12000 +X 12000\nabcd";
+    static const char bmp[] = "BM\0\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0\0\x20\0\0\0\x20\0\0\1\0"
+                              "\x18\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
+    static const char ply[] = "ply\nformat binary_little_endian 1.0\nelement vertex 268435455\n"
+                              "property float x\nproperty float y\nproperty float z\n"
+                              "property float r\nproperty float g\nproperty float b\n"
+                              "element face 268435455\nproperty list uchar int vertex_indices\n"
+                              "end_header\n0123456789";
+    static const struct {
+        const char *name, *bytes, *message;
+        size_t size;
+    } files[] = {{"h.tga", tga, "too short for 8192x8192 pixels", sizeof tga - 1},
+                 {"h.hdr", hdr, "too short for 12000x12000 pixels", sizeof hdr - 1},
+                 {"h.bmp", bmp, "too short for 8192x8192 pixels", sizeof bmp - 1},
+                 {"h.ply", ply, "it holds fewer records than its header says", sizeof ply - 1}};
+    struct rusage before, after;
+    (void)state;
+    getrusage(RUSAGE_SELF, &before);
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        char text[256];
+        bool is_mesh = strcmp(files[i].name, "h.ply") == 0;
+        text_write(files[i].name, files[i].bytes, files[i].size);
+        snprintf(text, sizeof text,
+                 SCENE("<%s type='%s'><string name='filename' value='%s'/></%s>"),
+                 is_mesh ? "shape" : "texture", is_mesh ? "ply" : "bitmap", files[i].name,
+                 is_mesh ? "shape" : "texture");
+        assert_refused(text, files[i].message);
+    }
+    getrusage(RUSAGE_SELF, &after);
+    assert_true(after.ru_maxrss - before.ru_maxrss < 32 * 1024); /* KiB */
+}
+
 static void append(char **at, const char *text, int n)
 {
     for (int i = 0; i < n; i++) {
@@ -292,7 +330,7 @@ static void depth_and_width(void **state)
     append(&at, "</scene>", 1);
     text_write("s.xml", text, (size_t)(at - text));
     assert_int_equal(text_load_file("s.xml", NULL, &s, &err), LMN_ERR_PARSE);
-    assert_non_null(strstr(err.text, "materials are nested deeper than 8"));
+    assert_non_null(strstr(err.text, "materials are nested deeper than 12"));
 
     /* A long chain of references in the wrong order. */
     at = text;
@@ -368,7 +406,8 @@ int main(void)
         cmocka_unit_test(damaged_ply),     cmocka_unit_test(short_memory),
         cmocka_unit_test(damaged_old_xml), cmocka_unit_test(damaged_attributes),
         cmocka_unit_test(damaged_picture), cmocka_unit_test(cycles_and_absurd_numbers),
-        cmocka_unit_test(depth_and_width), cmocka_unit_test(include_bomb),
+        cmocka_unit_test(huge_claims),     cmocka_unit_test(depth_and_width),
+        cmocka_unit_test(include_bomb),
     };
     return cmocka_run_group_tests_name("hostile scenes", tests, text_setup, text_teardown);
 }

@@ -229,19 +229,19 @@ void light_point_sample(const struct view *v, const struct light *l, float u1, f
 }
 
 static bool sample_area(const struct view *v, const struct light *l, struct vec3 reference,
-                        float u1, float u2, struct light_sample *s)
+                        float u1, float u2, float choice, struct light_sample *s)
 {
     const struct view_instance *instance = &v->instances[l->instance];
     struct area_sample a = {0};
-    float pdf = 0.0f, n_lights = (float)v->n_lights;
+    float pdf = 0.0f;
     bool is_cone = l->shape->kind == SHAPE_SPHERE &&
                    sample_sphere_cone(l, instance, reference, u1, u2, &a, &pdf);
     if (!is_cone) sample_surface(l, instance, u1, u2, &a);
     s->p = a.p;
     struct vec3 radiance = emitted(v, l->emitter, a.u, a.v);
-    bool is_found = light_sample_finish(s, reference, a.n, a.pdf, radiance, n_lights);
+    bool is_found = light_sample_finish(s, reference, a.n, a.pdf, radiance, choice);
     if (!is_found || !is_cone) return is_found;
-    s->pdf = pdf / n_lights;
+    s->pdf = pdf * choice;
     s->weight = vec3_scale(radiance, 1.0f / s->pdf);
     return true;
 }
@@ -250,14 +250,16 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
                   struct light_sample *s)
 {
     if (v->n_lights == 0) return false;
+    float choice;
+    uint32_t index = light_choose(v, reference, &u1, &choice);
     if (v->table.n > 0) {
-        int32_t k = light_table_choose(&v->table, u1);
-        return light_table_sample(s, &v->table, k, reference, u1, u2);
+        int32_t k = light_table_choose(&v->table, index, u1);
+        return light_table_sample(s, &v->table, k, reference, u1, u2, choice);
     }
-    const struct light *l = &v->lights[light_choose(v->n_lights, &u1)];
+    const struct light *l = &v->lights[index];
     s->p = vec3_splat(0.0f);
     s->is_delta = s->is_infinite = false;
-    if (l->kind == EMITTER_AREA) return sample_area(v, l, reference, u1, u2, s);
+    if (l->kind == EMITTER_AREA) return sample_area(v, l, reference, u1, u2, choice, s);
     bool is_found;
     if (l->kind == EMITTER_DIRECTIONAL_AREA)
         is_found = light_sample_normals(v, l, reference, u1, s);
@@ -266,7 +268,7 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
     else
         is_found = light_sample_delta(v, l, reference, s);
     if (!is_found || !(s->pdf > 0.0f) || !isfinite(s->pdf)) return false;
-    s->pdf /= (float)v->n_lights;
+    s->pdf *= choice;
     s->weight = vec3_scale(s->weight, 1.0f / s->pdf);
     return true;
 }
@@ -286,6 +288,7 @@ float light_surface_pdf(const struct view *v, struct vec3 reference, const struc
     const struct world_shape *shape = s->shape;
     const struct view_instance *instance = &v->instances[s->instance];
     float cosine = fabsf(vec3_dot(d, s->frame.n)), per_area = 0.0f;
+    float choice = light_probability(v, reference, instance->first_light + shape->light);
     switch (shape->kind) {
     case SHAPE_MESH:
     case SHAPE_CYLINDER:
@@ -298,10 +301,10 @@ float light_surface_pdf(const struct view *v, struct vec3 reference, const struc
         struct sphere sphere = sphere_in_world(shape, instance);
         float sin_max2;
         if (sphere_cone(&sphere, vec3_sub(sphere.center, reference), &sin_max2))
-            return 0.5f * MATH_INV_PI / (cone_height(sin_max2) * (float)v->n_lights);
+            return 0.5f * MATH_INV_PI * choice / cone_height(sin_max2);
         per_area = WARP_SPHERE_PDF / (shape->radius * shape->radius * area_scale(instance, s->n));
         break;
     }
     }
-    return cosine > 0.0f ? per_area * distance * distance / (cosine * (float)v->n_lights) : 0.0f;
+    return cosine > 0.0f ? per_area * distance * distance * choice / cosine : 0.0f;
 }

@@ -6,7 +6,8 @@
 #include "render/world.h"
 
 /*
- * Choosing directions to lights. A light is chosen uniformly, then a direction to it: meshes and
+ * Choosing directions to lights. A light is chosen by what it may send to the reference point
+ * (struct light_guide; more than LIGHT_GUIDES by power alone), then a direction to it: meshes and
  * disks by area, spheres by the cone that they fill, environments by radiance. Densities are in
  * solid angle at the reference point and include the choice of the light.
  */
@@ -23,44 +24,67 @@ struct light_sample {
 bool light_sample(const struct view *v, struct vec3 reference, float u1, float u2,
                   struct light_sample *s);
 
-/* The light that u1 chooses, among n > 0; u1 becomes what is left of it. */
-static inline uint32_t light_choose(uint32_t n, float *u1)
+/* A random number's part that a choice of probability p has left over. */
+static inline float light_rest(float u, float p)
 {
-    if (n == 1) return 0;
-    float x = *u1 * (float)n;
-    uint32_t index = (uint32_t)x;
-    if (index >= n) index = n - 1;
-    *u1 = min_float(x - (float)index, 0x1.fffffep-1f);
-    return index;
+    return min_float(u / p, 0x1.fffffep-1f);
 }
 
+/* What light k may send to p. */
+static inline float light_guide_weight(const struct light_guide *g, uint32_t k, struct vec3 p)
+{
+    struct vec3 d = vec3(p.x - g->center.x[k], p.y - g->center.y[k], p.z - g->center.z[k]);
+    struct vec3 n = vec3(g->normal.x[k], g->normal.y[k], g->normal.z[k]);
+    float distance2 = max_float(vec3_dot(d, d), g->radius2[k]);
+    float cosine = max_float(vec3_dot(n, d), 0.0f) / sqrtf(distance2);
+    float weight = g->power[k] * (g->base[k] + g->slope[k] * cosine);
+    return weight / (g->near[k] * distance2 + (1.0f - g->near[k]));
+}
+
+/* From the sum of all weights: a light of weight w has probability even + scale * w. */
+static inline void light_guide_scale(const struct light_guide *g, float sum, float *even,
+                                     float *scale)
+{
+    bool has_weight = (sum > 0.0f) & (sum < INFINITY);
+    *even = (has_weight ? LIGHT_EVEN : 1.0f) / (float)g->n;
+    *scale = has_weight ? (1.0f - LIGHT_EVEN) / sum : 0.0f;
+}
+
+void light_guide_init(struct light_guide *g, const struct view *v);
+
+/* The light that u1 chooses for a point, among n_lights > 0, and its probability; u1 becomes what
+ * is left of it. */
+uint32_t light_choose(const struct view *v, struct vec3 p, float *u1, float *probability);
+float light_probability(const struct view *v, struct vec3 p, uint32_t light);
+
 /* Completes a sample whose point s->p with unit normal n has density per_area, for a light that is
- * one of n_lights. */
+ * chosen with probability `choice`. */
 static inline bool light_sample_finish(struct light_sample *s, struct vec3 reference, struct vec3 n,
-                                       float per_area, struct vec3 radiance, float n_lights)
+                                       float per_area, struct vec3 radiance, float choice)
 {
     struct vec3 d = vec3_sub(s->p, reference);
     float distance2 = vec3_dot(d, d);
     s->d = vec3_scale(d, 1.0f / sqrtf(distance2));
     float cosine = -vec3_dot(s->d, n); /* behind, the light does not shine */
     float pdf = per_area * distance2 / cosine;
-    s->pdf = pdf / n_lights;
+    s->pdf = pdf * choice;
     s->weight = vec3_scale(radiance, 1.0f / s->pdf);
     s->is_delta = s->is_infinite = false;
     return (distance2 > 0.0f) & (cosine > 0.0f) & (pdf > 0.0f) & (pdf < INFINITY);
 }
 
-/* The triangle of a table that u chooses. */
-static inline int32_t light_table_choose(const struct light_table *t, float u)
+/* The triangle of a light in a table that u chooses. */
+static inline int32_t light_table_choose(const struct light_table *t, uint32_t light, float u)
 {
-    int32_t k = 0;
-    for (int32_t i = 1; i < t->n; i++) k += t->cdf[i] <= u;
+    int32_t k = t->first[light];
+    for (int32_t i = k + 1; i < t->first[light + 1]; i++) k += t->cdf[i] <= u;
     return k;
 }
 
-/* A sample on triangle k, which u1 has chosen. */
+/* A sample on triangle k, which u1 has chosen, of a light chosen with probability `choice`. */
 static inline bool light_table_sample(struct light_sample *s, const struct light_table *t,
-                                      int32_t k, struct vec3 reference, float u1, float u2)
+                                      int32_t k, struct vec3 reference, float u1, float u2,
+                                      float choice)
 {
     struct vec2 b = warp_triangle(min_float((u1 - t->cdf[k]) * t->scale[k], 0x1.fffffep-1f), u2);
     struct vec3 p = vec3(t->p.x[k], t->p.y[k], t->p.z[k]);
@@ -69,7 +93,7 @@ static inline bool light_table_sample(struct light_sample *s, const struct light
     struct vec3 n = vec3(t->normal.x[k], t->normal.y[k], t->normal.z[k]);
     struct vec3 radiance = vec3(t->radiance.x[k], t->radiance.y[k], t->radiance.z[k]);
     s->p = vec3_madd(vec3_madd(p, e0, b.x), e1, b.y);
-    return light_sample_finish(s, reference, n, t->pdf[k], radiance, 1.0f);
+    return light_sample_finish(s, reference, n, t->pdf[k], radiance, choice);
 }
 
 /* Fills the view's table from its lights. */
@@ -92,9 +116,13 @@ float light_surface_pdf(const struct view *v, struct vec3 reference, const struc
                         struct vec3 d, float distance);
 
 /* Environments, lights v->first_environment and on (light_environment.c): radiance arriving along
- * -d, and the density of choosing d. */
+ * -d, and the density of choosing d at a point. */
 struct vec3 light_environment_radiance(const struct view *v, const struct light *l, struct vec3 d);
-float light_environment_pdf(const struct view *v, const struct light *l, struct vec3 d);
+float light_environment_pdf(const struct view *v, const struct light *l, struct vec3 reference,
+                            struct vec3 d);
+
+/* Irradiance that an environment of this brightness everywhere would bring, roughly. */
+float light_environment_power(const struct view *v, const struct light *l);
 
 /* A direction to an environment: d, pdf (of d alone), and radiance as weight. */
 bool light_environment_sample(const struct view *v, const struct light *l, float u1, float u2,

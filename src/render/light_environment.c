@@ -129,6 +129,17 @@ struct vec3 light_environment_radiance(const struct view *v, const struct light 
     return vec3_scale(envmap_eval(&v->world->envmaps[e->bitmap], to_map(e, d)), e->scale);
 }
 
+float light_environment_power(const struct view *v, const struct light *l)
+{
+    const struct emitter *e = &v->state.emitters[l->emitter];
+    const struct sky *s = l->sky;
+    if (l->kind == EMITTER_CONSTANT)
+        return MATH_PI * texture_mean(&v->textures, e->radiance) * e->scale;
+    if (l->kind == EMITTER_SKY) return MATH_PI * s->map.mean * e->scale * e->sky_scale;
+    if (l->kind == EMITTER_SUN) return vec3_luminance(s->sun) * e->scale * e->sun_scale;
+    return MATH_PI * v->world->envmaps[e->bitmap].mean * e->scale;
+}
+
 static float density(const struct view *v, const struct light *l, struct vec3 d)
 {
     const struct emitter *e = &v->state.emitters[l->emitter];
@@ -139,9 +150,10 @@ static float density(const struct view *v, const struct light *l, struct vec3 d)
     return envmap_pdf(&v->world->envmaps[e->bitmap], to_map(e, d));
 }
 
-float light_environment_pdf(const struct view *v, const struct light *l, struct vec3 d)
+float light_environment_pdf(const struct view *v, const struct light *l, struct vec3 reference,
+                            struct vec3 d)
 {
-    return density(v, l, d) / (float)v->n_lights;
+    return density(v, l, d) * light_probability(v, reference, (uint32_t)(l - v->lights));
 }
 
 bool light_environment_sample(const struct view *v, const struct light *l, float u1, float u2,

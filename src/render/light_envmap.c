@@ -30,6 +30,7 @@ bool envmap_alloc(struct world_envmap *e, uint32_t width, uint32_t height, float
 void envmap_weigh(struct world_envmap *e, float *weights)
 {
     uint32_t width = e->width, n_rows = e->height - 1;
+    double total = 0;
     for (uint32_t y = 0; y < n_rows; y++) {
         float area = cosf(e->span * (float)y / (float)n_rows) -
                      cosf(e->span * (float)(y + 1) / (float)n_rows);
@@ -38,8 +39,10 @@ void envmap_weigh(struct world_envmap *e, float *weights)
             struct vec3 sum = vec3_add(vec3_add(node(e, x, y), node(e, right, y)),
                                        vec3_add(node(e, x, y + 1), node(e, right, y + 1)));
             weights[(size_t)y * width + x] = vec3_luminance(sum) * area;
+            total += (double)(vec3_luminance(sum) * area);
         }
     }
+    e->mean = (float)(total / (8.0 * width)); /* of four nodes, of 2 in cos theta */
     distribution2d_set(&e->cells, weights);
 }
 

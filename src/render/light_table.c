@@ -17,10 +17,11 @@ static bool is_plain(const struct view *v, const struct light *l)
 
 #define STORE3(to, i, v) ((to).x[i] = (v).x, (to).y[i] = (v).y, (to).z[i] = (v).z)
 
-/* Triangle `index` of the light's mesh; `before`: the probability of all that stand before it. */
-static void add_triangle(struct light_table *t, const struct view *v, const struct light *l,
-                         uint32_t index, float before, float probability)
+/* Triangle `index` of a light's mesh. */
+static void add_triangle(struct light_table *t, const struct view *v, uint32_t light,
+                         uint32_t index)
 {
+    const struct light *l = &v->lights[light];
     const struct view_instance *instance = &v->instances[l->instance];
     const struct world_shape *shape = l->shape;
     const struct emitter *e = &v->state.emitters[l->emitter];
@@ -43,28 +44,27 @@ static void add_triangle(struct light_table *t, const struct view *v, const stru
     STORE3(t->e1, i, e1);
     STORE3(t->normal, i, n);
     STORE3(t->radiance, i, radiance);
-    t->cdf[i] = before;
-    t->scale[i] = 1.0f / probability;
-    t->pdf[i] = 1.0f / ((float)v->n_lights * shape->total_area * instance->scale * instance->scale);
+    t->light[i] = (int32_t)light;
+    t->cdf[i] = shape->area.cdf[index];
+    t->scale[i] = 1.0f / distribution_probability(&shape->area, index);
+    t->pdf[i] = 1.0f / (shape->total_area * instance->scale * instance->scale);
 }
 
 void light_table_init(struct light_table *t, const struct view *v)
 {
     uint32_t n = 0;
     t->n = 0;
+    if (v->n_lights > 1 && v->guide.n == 0) return;
     for (uint32_t i = 0; i < v->n_lights; i++) {
         if (!is_plain(v, &v->lights[i])) return;
         n += v->lights[i].shape->area.n;
         if (n > LIGHT_TABLE_SIZE) return;
     }
-    float choice = 1.0f / (float)v->n_lights;
     for (uint32_t i = 0; i < v->n_lights; i++) {
-        const struct light *l = &v->lights[i];
-        const struct distribution *d = &l->shape->area;
-        for (uint32_t k = 0; k < d->n; k++) {
-            float probability = distribution_probability(d, k) * choice;
-            if (probability > 0.0f)
-                add_triangle(t, v, l, k, ((float)i + d->cdf[k]) * choice, probability);
-        }
+        const struct distribution *d = &v->lights[i].shape->area;
+        t->first[i] = t->n;
+        for (uint32_t k = 0; k < d->n; k++)
+            if (distribution_probability(d, k) > 0.0f) add_triangle(t, v, i, k);
     }
+    t->first[v->n_lights] = t->n;
 }

@@ -13,7 +13,7 @@ struct vec3 path_environment(const struct view *v, const struct trace_settings *
         const struct light *l = &v->lights[i];
         float w = 1.0f;
         if (!p->last_is_delta)
-            w = path_mis_weight(t->mis, p->last_pdf, light_environment_pdf(v, l, d));
+            w = path_mis_weight(t->mis, p->last_pdf, light_environment_pdf(v, l, p->last_p, d));
         sum = vec3_madd(sum, light_environment_radiance(v, l, d), w);
     }
     return sum;

@@ -147,8 +147,8 @@ static struct vec3 aim_along(const struct targets *t, struct vec3 d, struct draw
 static bool emit(const struct view *v, const struct targets *t, struct draws *u, struct ray *ray,
                  struct vec3 *power)
 {
-    float u1 = draw(u), u2, pdf, choice = 1.0f / (float)v->n_lights;
-    const struct light *l = &v->lights[light_choose(v->n_lights, &u1)];
+    float u1 = draw(u), u2, pdf, choice;
+    const struct light *l = &v->lights[light_choose(v, t->center[0], &u1, &choice)];
     u1 = draw(u);
     u2 = draw(u);
     if (emitter_is_surface(l->kind)) {

@@ -297,7 +297,7 @@ static void connect(struct stream *s, const struct view *v, const struct trace_s
             s->has_light[i] = false;
         if (s->has_light[i] && v->table.n == 0) sample_light(s, v, i);
     }
-    if (v->table.n > 0) kernels->light(s, &v->table);
+    if (v->table.n > 0) kernels->light(s, &v->guide, &v->table);
     kernels->eval(s);
     for (uint32_t k = 0; k < s->n_scalar; k++) {
         uint32_t i = s->scalar[k];

@@ -80,8 +80,9 @@ struct stream {
     float u[6][STREAM_SIZE];
 
     /* The light sample. */
-    uint32_t has_light[STREAM_SIZE];                        /* one is wanted; one was found */
-    int32_t triangle[STREAM_SIZE];                          /* of the table */
+    uint32_t has_light[STREAM_SIZE];                         /* one is wanted; one was found */
+    int32_t light_index[STREAM_SIZE], triangle[STREAM_SIZE]; /* of the table */
+    float light_sum[STREAM_SIZE], light_left[STREAM_SIZE], light_choice[STREAM_SIZE];
     struct lanes3 light_p, light_d, light_weight, light_wo; /* light_wo: d in the shading frame */
     float light_pdf[STREAM_SIZE];
     uint32_t light_is_delta[STREAM_SIZE], light_is_infinite[STREAM_SIZE];
@@ -122,7 +123,7 @@ struct stream_kernels {
     /* Normals at any length -> unit normals, frame, wi; bsdf_side. */
     void (*surface)(struct stream *s);
     /* Light samples from a table, for lanes that want one: has_light. */
-    void (*light)(struct stream *s, const struct light_table *t);
+    void (*light)(struct stream *s, const struct light_guide *g, const struct light_table *t);
     /* light_wo, and value and value_pdf of diffuse lanes. */
     void (*eval)(struct stream *s);
     /* What connects: is_connected, light, shadow rays. */

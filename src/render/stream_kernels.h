@@ -120,11 +120,46 @@ static void surface(struct stream *s)
     for (uint32_t i = 0; i < n; i++) surface_lane(s, i);
 }
 
+/* A step of light_choose(): does the lane's random number fall on light k? */
+LANE void choose_lane(struct stream *s, uint32_t i, const struct light_guide *g, uint32_t k)
+{
+    float even, scale;
+    light_guide_scale(g, s->light_sum[i], &even, &scale);
+    float p = even + scale * light_guide_weight(g, k, lanes3_get(&s->p, i)),
+          left = s->light_left[i];
+    bool is_open = s->light_index[i] < 0;
+    bool takes = is_open & ((left < p) | (k + 1 == g->n));
+    s->light_index[i] = takes ? (int32_t)k : s->light_index[i];
+    s->light_choice[i] = choose(takes, p, s->light_choice[i]);
+    s->light_left[i] = choose(takes, light_rest(left, p), choose(is_open, left - p, left));
+}
+
+static void choose_light(struct stream *s, const struct light_guide *g)
+{
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) {
+        s->light_left[i] = s->u[0][i];
+        s->light_sum[i] = 0.0f;
+        s->light_choice[i] = 1.0f;
+        s->light_index[i] = g->n > 0 ? -1 : 0;
+    }
+    for (uint32_t k = 0; k < g->n; k++) {
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++)
+            s->light_sum[i] += light_guide_weight(g, k, lanes3_get(&s->p, i));
+    }
+    for (uint32_t k = 0; k < g->n; k++) {
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) choose_lane(s, i, g, k);
+    }
+}
+
 LANE void light_lane(struct stream *s, uint32_t i, const struct light_table *t)
 {
     struct light_sample l;
-    bool is_found = light_table_sample(&l, t, s->triangle[i], lanes3_get(&s->p, i), s->u[0][i],
-                                       s->u[1][i]);
+    bool is_found = light_table_sample(&l, t, s->triangle[i], lanes3_get(&s->p, i),
+                                       s->light_left[i], s->u[1][i], s->light_choice[i]);
     lanes3_set(&s->light_p, i, l.p);
     lanes3_set(&s->light_d, i, l.d);
     lanes3_set(&s->light_weight, i, l.weight);
@@ -133,15 +168,19 @@ LANE void light_lane(struct stream *s, uint32_t i, const struct light_table *t)
     s->has_light[i] &= is_found;
 }
 
-static void light(struct stream *s, const struct light_table *t)
+static void light(struct stream *s, const struct light_guide *g, const struct light_table *t)
 {
     uint32_t n = s->n;
+    choose_light(s, g);
 #pragma omp simd
-    for (uint32_t i = 0; i < n; i++) s->triangle[i] = 0;
+    for (uint32_t i = 0; i < n; i++) s->triangle[i] = t->first[s->light_index[i]];
     for (int32_t k = 1; k < t->n; k++) { /* light_table_choose(), a triangle at a time */
         float cdf = t->cdf[k];
+        int32_t of = t->light[k];
+        if (of != t->light[k - 1]) continue; /* a light's first */
 #pragma omp simd
-        for (uint32_t i = 0; i < n; i++) s->triangle[i] += cdf <= s->u[0][i];
+        for (uint32_t i = 0; i < n; i++)
+            s->triangle[i] += (s->light_index[i] == of) & (cdf <= s->light_left[i]);
     }
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) light_lane(s, i, t);

@@ -22,12 +22,13 @@ lmn_status view_new(const struct world *w, struct view **out, struct error *err)
     v->instances = mem_new(s->n_instances, sizeof *v->instances);
     v->committed = mem_new(s->n_instances, sizeof *v->committed);
     v->lights = mem_new(w->n_lights_max, sizeof *v->lights);
+    v->light_cdf = mem_new((size_t)w->n_lights_max + 1, sizeof *v->light_cdf);
     v->skies = mem_new(w->n_skies, sizeof *v->skies);
     uint32_t n_coats = material_count_coats(v->state.bsdfs, s->n_bsdfs);
     v->coats = mem_new(n_coats, sizeof *v->coats);
     if ((!v->coats && n_coats) || (!v->materials && s->n_bsdfs) ||
         (!v->instances && s->n_instances) || (!v->committed && s->n_instances) ||
-        (!v->lights && w->n_lights_max) || (!v->skies && w->n_skies)) {
+        (!v->lights && w->n_lights_max) || !v->light_cdf || (!v->skies && w->n_skies)) {
         status = fail_memory(err, "view");
         goto done;
     }
@@ -58,6 +59,7 @@ void view_free(struct view *v)
     mem_free(v->instances);
     mem_free(v->committed);
     mem_free(v->lights);
+    mem_free(v->light_cdf);
     mem_free(v->coats);
     for (uint32_t i = 0; v->skies && i < v->world->n_skies; i++) sky_release(&v->skies[i]);
     mem_free(v->skies);
@@ -169,6 +171,7 @@ static void refresh_lights(struct view *v)
     for (uint32_t i = 0; i < s->n_instances; i++) {
         const struct instance *instance = &v->state.instances[i];
         uint32_t n = v->world->group_n_lights[instance->group];
+        v->instances[i].first_light = v->n_lights;
         if (n == 0 || !instance->is_visible) continue;
         const struct group *g = &s->groups[instance->group];
         for (uint32_t j = 0; j < g->n_shapes; j++) {
@@ -210,6 +213,7 @@ void view_refresh(struct view *v, bool is_first)
     if (has_moved) accel_top_commit(v->top);
     refresh_lights(v);
     refresh_boxes(v);
+    light_guide_init(&v->guide, v);
     light_table_init(&v->table, v);
     material_init(v->materials, v->state.bsdfs, s->n_bsdfs, &v->textures, v->coats);
 }

@@ -12,6 +12,27 @@ static struct vec3 vertex(const struct mesh *m, uint32_t index)
     return vec3(p[0], p[1], p[2]);
 }
 
+/* Where an emissive mesh is, and how far it reaches. */
+static void init_place(struct world_shape *shape, const struct mesh *m, const float *areas)
+{
+    double total = 0, sum[3] = {0, 0, 0};
+    for (uint32_t i = 0; i < m->n_triangles; i++) {
+        total += areas[i];
+        for (int k = 0; k < 3; k++) {
+            struct vec3 p = vertex(m, m->indices[3 * (size_t)i + (size_t)k]);
+            sum[0] += (double)(areas[i] * p.x);
+            sum[1] += (double)(areas[i] * p.y);
+            sum[2] += (double)(areas[i] * p.z);
+        }
+    }
+    double scale = total > 0 ? 1 / (3 * total) : 0;
+    shape->center = vec3((float)(sum[0] * scale), (float)(sum[1] * scale), (float)(sum[2] * scale));
+    for (size_t i = 0; i < 3 * (size_t)m->n_triangles; i++) {
+        struct vec3 d = vec3_sub(vertex(m, m->indices[i]), shape->center);
+        shape->extent = max_float(shape->extent, vec3_length(d));
+    }
+}
+
 /* Triangles by area, for choosing points on a mesh that shines. */
 static lmn_status init_area(struct world_shape *shape, const struct mesh *m, struct error *err)
 {
@@ -25,6 +46,7 @@ static lmn_status init_area(struct world_shape *shape, const struct mesh *m, str
     }
     ok = ok && distribution_init(&shape->area, areas, m->n_triangles);
     shape->total_area = ok ? (float)shape->area.total : 0.0f;
+    if (ok) init_place(shape, m, areas);
     mem_free(areas);
     return ok ? LMN_OK : fail_memory(err, "light table");
 }
@@ -59,15 +81,18 @@ static lmn_status init_shape(struct world *w, uint32_t index, struct error *err)
                                   .emitter = s->emitter,
                                   .to_group = &s->to_group,
                                   .index = index};
-    if (s->kind == SHAPE_SPHERE) {
+    if (s->kind == SHAPE_SPHERE || s->kind == SHAPE_DISK) {
         shape->center = transform_point(&s->to_group, vec3_splat(0.0f));
         shape->radius = vec3_length(transform_vector(&s->to_group, vec3(1.0f, 0.0f, 0.0f)));
+        shape->extent = shape->radius;
     }
     shape->bounds = shape_bounds(w->scene, s);
     if (s->kind == SHAPE_CYLINDER) {
         shape->radius = vec3_length(transform_vector(&s->to_group, vec3(1.0f, 0.0f, 0.0f)));
         float length = vec3_length(transform_vector(&s->to_group, vec3(0.0f, 0.0f, 1.0f)));
         shape->total_area = 2.0f * MATH_PI * shape->radius * length;
+        shape->center = transform_point(&s->to_group, vec3(0.0f, 0.0f, 0.5f));
+        shape->extent = shape->radius + 0.5f * length;
     }
     if (s->kind != SHAPE_MESH) return LMN_OK;
     const struct mesh *m = &w->scene->meshes[s->mesh];
@@ -96,7 +121,7 @@ static lmn_status init_shapes(struct world *w, struct error *err)
         for (uint32_t i = 0; i < s->groups[g].n_shapes; i++) {
             struct world_shape *shape = &w->shapes[s->groups[g].first_shape + i];
             if (!can_shine(shape)) shape->emitter = SCENE_NONE;
-            if (shape->emitter != SCENE_NONE) w->group_n_lights[g]++;
+            if (shape->emitter != SCENE_NONE) shape->light = w->group_n_lights[g]++;
         }
     }
     for (uint32_t i = 0; i < s->n_instances; i++)

@@ -19,12 +19,14 @@ struct world_shape {
     const float *positions, *normals, *uvs;
     const uint32_t *indices;
     const struct transform *to_group; /* all but meshes */
-    struct vec3 center;               /* spheres, group space */
+    struct vec3 center;               /* group space; of emissive meshes, by area */
+    float extent;                     /* emissive meshes: farthest vertex from center */
     float radius;                     /* spheres, cylinders, group space */
     uint32_t index;                   /* into scene->shapes */
     struct distribution area;         /* emissive meshes: triangles by area in group space */
     float total_area;                 /* emissive meshes, cylinders: in group space */
     struct bounds bounds;             /* in group space */
+    uint32_t light;                   /* emissive shapes: number among those of the group */
     float flat_side; /* emissive meshes whose shading normals are those of the faces: 1;
                         opposite to them: -1; otherwise 0 */
 };
@@ -38,6 +40,7 @@ struct world_envmap {
                                     which is black and never chosen beyond */
     float *rgb;                  /* [height][width][3] */
     struct distribution2d cells; /* width x (height - 1) */
+    float mean;                  /* luminance, over all directions */
 };
 
 /* The tables of a sky and its sun, for one configuration. */
@@ -67,6 +70,7 @@ struct world {
 struct view_instance {
     const struct world_shape *shapes; /* of its group */
     const struct transform *to_world;
+    uint32_t first_light; /* of its lights */
     bool is_identity;
     float determinant; /* of to_world */
     float scale;       /* of lengths, when it is the same in all directions; else 0 */
@@ -84,6 +88,25 @@ struct light {
 };
 
 /*
+ * What few lights may send to a point, roughly, to choose among them by: power over squared
+ * distance to the middle, less at grazing angles of flat ones. A share of LIGHT_EVEN goes to all
+ * alike, so that no light is ever missed.
+ */
+enum { LIGHT_GUIDES = 32 };
+#define LIGHT_EVEN 0.1f
+
+struct light_guide {
+    uint32_t n; /* 0: one light, or more than fit */
+    struct {
+        float x[LIGHT_GUIDES], y[LIGHT_GUIDES], z[LIGHT_GUIDES];
+    } center, normal;            /* normal 0: not flat */
+    float power[LIGHT_GUIDES];   /* irradiance at distance 1, or of what is far away */
+    float radius2[LIGHT_GUIDES]; /* distances below count as this */
+    float near[LIGHT_GUIDES];    /* 0: so far away that distance does not matter; else 1 */
+    float base[LIGHT_GUIDES], slope[LIGHT_GUIDES]; /* factor: base + slope * cosine */
+};
+
+/*
  * The triangles of all lights, in world space and ready for sampling, where nothing else shines and
  * they are few: flat meshes that shine the same everywhere and are scaled alike in all directions.
  * Then vector code can choose among them and gather what it needs.
@@ -91,14 +114,16 @@ struct light {
 enum { LIGHT_TABLE_SIZE = 64 };
 
 struct light_table {
-    int32_t n; /* 0: no table */
+    int32_t n;                       /* 0: no table */
+    int32_t first[LIGHT_GUIDES + 1]; /* of a light's triangles */
+    int32_t light[LIGHT_TABLE_SIZE]; /* of a triangle */
     /* A corner, the edges from it, the unit normal on the side that shines. */
     struct {
         float x[LIGHT_TABLE_SIZE], y[LIGHT_TABLE_SIZE], z[LIGHT_TABLE_SIZE];
     } p, e0, e1, normal, radiance;
-    float cdf[LIGHT_TABLE_SIZE];   /* [n]: probability of all triangles before */
+    float cdf[LIGHT_TABLE_SIZE];   /* probability of all triangles before, within the light */
     float scale[LIGHT_TABLE_SIZE]; /* 1 / its own probability */
-    float pdf[LIGHT_TABLE_SIZE];   /* density of its points per area, choice included */
+    float pdf[LIGHT_TABLE_SIZE];   /* density of the light's points per area */
 };
 
 enum { VIEW_BOXES = 8, VIEW_NO_BOXES = VIEW_BOXES + 1 };
@@ -114,6 +139,9 @@ struct view {
     struct instance *committed;      /* [n_instances]: as the top level has them */
     struct light *lights;            /* [world->n_lights_max] */
     struct sky *skies;               /* [world->n_skies], in the order of the emitters */
+    float
+        *light_cdf; /* [world->n_lights_max + 1]: by power, where they are more than LIGHT_GUIDES */
+    struct light_guide guide;
     struct light_table table;
     /* [n_boxes] around all that shines; VIEW_NO_BOXES where that is too many, or everywhere. */
     struct bounds boxes[VIEW_BOXES];

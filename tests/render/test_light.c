@@ -140,7 +140,7 @@ static double density_along(const struct view *v, struct vec3 d)
     double sum = 0;
     if (seen(v, d, &s)) sum += light_surface_pdf(v, reference, &s, d, s.t);
     for (uint32_t i = v->first_environment; i < v->n_lights; i++)
-        sum += light_environment_pdf(v, &v->lights[i], d);
+        sum += light_environment_pdf(v, &v->lights[i], reference, d);
     return sum;
 }
 
@@ -299,6 +299,56 @@ static void directions_follow_the_density(void **state)
     }
 }
 
+/* More than struct light_guide holds. */
+static void add_many(struct made_scene *m)
+{
+    uint32_t bsdf = black(m), emitter = area(m);
+    for (int i = 0; i < LIGHT_GUIDES + 5; i++) {
+        float a = 0.17f * (float)i, r = 2.0f + 0.05f * (float)i;
+        struct vec3 center = vec3(r * cosf(a), 0.1f * (float)(i % 5), r * sinf(a));
+        made_sphere(m, center, 0.1f + 0.004f * (float)i, bsdf, emitter);
+    }
+}
+
+/* Lights are chosen as often as light_probability() says, at several places; what is left of the
+ * random number is uniform. Five standard errors. */
+static void choices_follow_the_probability(void **state)
+{
+    (void)state;
+    static void (*const add[])(struct made_scene *) = {add_many, add_all};
+    for (int i = 0; i < 2; i++) {
+        struct made_scene *m = made_scene_new();
+        add[i](m);
+        made_camera(m, vec3(0, 0, 3), vec3(0, 0, 0), 40, 4, 4);
+        const struct view *v = made_view(m);
+        assert_true((v->n_lights > LIGHT_GUIDES) == (i == 0));
+        for (int place = 0; place < 3; place++) {
+            struct vec3 p = vec3(0.4f * (float)place, 0.2f, -0.3f * (float)place);
+            struct rng rng = rng_keyed(11, (uint64_t)i, (uint64_t)place);
+            enum { DRAWS = 200000 };
+            int counts[MADE_MAX] = {0};
+            double rest = 0, total = 0;
+            for (int k = 0; k < DRAWS; k++) {
+                float u1 = rng_float(&rng), probability;
+                uint32_t light = light_choose(v, p, &u1, &probability);
+                assert_true(light < v->n_lights && u1 >= 0 && u1 < 1);
+                assert_true(fabsf(probability - light_probability(v, p, light)) < 1e-6f);
+                counts[light]++;
+                rest += u1;
+            }
+            for (uint32_t k = 0; k < v->n_lights; k++) {
+                double expected = DRAWS * (double)light_probability(v, p, k);
+                total += expected;
+                if (fabs(counts[k] - expected) > 5 * sqrt(expected))
+                    fail_msg("light %u: %d times instead of %g", k, counts[k], expected);
+            }
+            assert_true(fabs(total / DRAWS - 1) < 1e-5);
+            assert_true(fabs(rest / DRAWS - 0.5) < 5 * sqrt(1.0 / 12 / DRAWS));
+        }
+        made_scene_free(m);
+    }
+}
+
 /* How far a and b are apart, relative to b. */
 static double apart(struct vec3 a, struct vec3 b)
 {
@@ -326,7 +376,7 @@ static void samples_agree_with_functions(void **state)
             if (s.is_infinite) {
                 for (uint32_t j = v->first_environment; j < v->n_lights; j++) {
                     const struct light *l = &v->lights[j];
-                    double pdf = light_environment_pdf(v, l, s.d);
+                    double pdf = light_environment_pdf(v, l, reference, s.d);
                     struct vec3 radiance = light_environment_radiance(v, l, s.d);
                     error = fmin(error, fmax(fabs(pdf / s.pdf - 1),
                                              apart(vec3_scale(s.weight, s.pdf), radiance)));
@@ -351,6 +401,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(directions_follow_the_density),
+        cmocka_unit_test(choices_follow_the_probability),
         cmocka_unit_test(samples_agree_with_functions),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

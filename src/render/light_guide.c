@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Which light to sample. */
+#include "render/light.h"
+
+static float mean_of(const struct view *v, uint32_t texture)
+{
+    return texture == SCENE_NONE ? 1.0f : texture_mean(&v->textures, texture);
+}
+
+/* Irradiance at distance 1 of something on the light's axis; of lights far away, irradiance. */
+static float power_of(const struct view *v, const struct light *l)
+{
+    const struct emitter *e = &v->state.emitters[l->emitter];
+    if (emitter_is_surface(e->kind)) {
+        struct light_point at;
+        light_point_sample(v, l, 0.5f, 0.5f, &at);
+        /* A sphere shows a quarter of itself. */
+        float area = (l->shape->kind == SHAPE_SPHERE ? 0.25f : 1.0f) / at.pdf;
+        return mean_of(v, e->radiance) * e->scale * area;
+    }
+    if (emitter_is_environment(e->kind)) return light_environment_power(v, l);
+    return mean_of(v, e->radiance) * e->scale;
+}
+
+static void add_guide(struct light_guide *g, const struct view *v, const struct light *l)
+{
+    const struct emitter *e = &v->state.emitters[l->emitter];
+    uint32_t k = g->n++;
+    struct vec3 center = {0}, normal = {0};
+    g->power[k] = power_of(v, l);
+    g->radius2[k] = 1e-12f;
+    g->near[k] = 1.0f;
+    g->base[k] = 1.0f;
+    g->slope[k] = 0.0f;
+    if (emitter_is_surface(e->kind)) {
+        const struct view_instance *i = &v->instances[l->instance];
+        float extent = l->shape->extent * cbrtf(fabsf(i->determinant));
+        center = transform_point(i->to_world, l->shape->center);
+        g->radius2[k] = max_float(extent * extent, 1e-12f);
+        struct light_point at;
+        if (l->shape->flat_side != 0.0f || l->shape->kind == SHAPE_DISK) {
+            light_point_sample(v, l, 0.5f, 0.5f, &at);
+            normal = at.n;
+            g->base[k] = 0.1f;
+            g->slope[k] = 0.9f;
+        }
+    } else if (emitter_is_environment(e->kind) || e->kind == EMITTER_DIRECTIONAL) {
+        g->near[k] = 0.0f;
+    } else {
+        center = transform_point(&e->to_world, vec3_splat(0.0f));
+    }
+    g->center.x[k] = center.x;
+    g->center.y[k] = center.y;
+    g->center.z[k] = center.z;
+    g->normal.x[k] = normal.x;
+    g->normal.y[k] = normal.y;
+    g->normal.z[k] = normal.z;
+}
+
+/* By power and a share for all alike. */
+static void init_cdf(const struct view *v)
+{
+    uint32_t n = v->n_lights;
+    double sum = 0, before = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        float power = power_of(v, &v->lights[i]);
+        v->light_cdf[i + 1] = power > 0.0f && power < INFINITY ? power : 0.0f;
+        sum += v->light_cdf[i + 1];
+    }
+    v->light_cdf[0] = 0.0f;
+    for (uint32_t i = 0; i < n; i++) {
+        double share = sum > 0 ? v->light_cdf[i + 1] / sum : 1.0 / n;
+        before += LIGHT_EVEN / n + (1.0 - LIGHT_EVEN) * share;
+        v->light_cdf[i + 1] = i + 1 == n ? 1.0f : (float)before;
+    }
+}
+
+void light_guide_init(struct light_guide *g, const struct view *v)
+{
+    g->n = 0;
+    if (v->n_lights < 2) return;
+    if (v->n_lights > LIGHT_GUIDES) {
+        init_cdf(v);
+        return;
+    }
+    for (uint32_t i = 0; i < v->n_lights; i++) add_guide(g, v, &v->lights[i]);
+}
+
+/* Weights of all lights, and their sum. */
+static float weigh(const struct light_guide *g, struct vec3 p, float weights[LIGHT_GUIDES])
+{
+    float sum = 0.0f;
+    for (uint32_t k = 0; k < g->n; k++) weights[k] = light_guide_weight(g, k, p);
+    for (uint32_t k = 0; k < g->n; k++) sum += weights[k];
+    return sum;
+}
+
+uint32_t light_choose(const struct view *v, struct vec3 p, float *u1, float *probability)
+{
+    const struct light_guide *g = &v->guide;
+    *probability = 1.0f;
+    if (v->n_lights == 1) return 0;
+    if (g->n == 0) {
+        uint32_t low = 0, high = v->n_lights; /* cdf[low] <= u1 < cdf[high] */
+        while (high - low > 1) {
+            uint32_t middle = (low + high) / 2;
+            if (v->light_cdf[middle] <= *u1)
+                low = middle;
+            else
+                high = middle;
+        }
+        *probability = v->light_cdf[low + 1] - v->light_cdf[low];
+        *u1 = light_rest(*u1 - v->light_cdf[low], *probability);
+        return low;
+    }
+    float weights[LIGHT_GUIDES], even, scale, rest = *u1;
+    light_guide_scale(g, weigh(g, p, weights), &even, &scale);
+    for (uint32_t k = 0;; k++) {
+        *probability = even + scale * weights[k];
+        if (rest < *probability || k + 1 == g->n) {
+            *u1 = light_rest(rest, *probability);
+            return k;
+        }
+        rest -= *probability;
+    }
+}
+
+float light_probability(const struct view *v, struct vec3 p, uint32_t light)
+{
+    const struct light_guide *g = &v->guide;
+    float weights[LIGHT_GUIDES], even, scale;
+    if (v->n_lights == 1) return 1.0f;
+    if (g->n == 0) return v->light_cdf[light + 1] - v->light_cdf[light];
+    light_guide_scale(g, weigh(g, p, weights), &even, &scale);
+    return even + scale * weights[light];
+}

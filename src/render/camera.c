@@ -68,5 +68,7 @@ struct ray camera_ray_any(const struct camera *c, float x, float y, float u, flo
     float inverse = 1.0f / vec3_dot(d, c->ahead);
     float near = c->near_clip * inverse, far = c->far_clip * inverse;
     *offset = near;
+    /* Along the film plane, where only rounding decides: nothing is there. */
+    if (!(inverse > 0.0f && near < 1e17f)) return (struct ray){c->origin, 0.0f, c->ahead, 0.0f};
     return (struct ray){vec3_madd(vec3_add(c->origin, lens), d, near), 0.0f, d, far - near};
 }

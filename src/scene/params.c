@@ -180,12 +180,15 @@ static void walk_sensor(struct walk *w, const char *prefix, bool is_alias)
         int kinds;
     } fields[] = {
         {"fov", offsetof(struct sensor, fov), 0.01, 179.9, PINHOLE | LENS},
-        {"near_clip", offsetof(struct sensor, near_clip), 1e-9, 1e30, ALL},
+        {"near_clip", offsetof(struct sensor, near_clip), 1e-9, SENSOR_MAX_NEAR, ALL},
         {"far_clip", offsetof(struct sensor, far_clip), 1e-9, 1e30, ALL},
-        {"aperture_radius", offsetof(struct sensor, aperture_radius), 0, 1e12, LENS},
-        {"focus_distance", offsetof(struct sensor, focus_distance), 1e-9, 1e30, LENS},
-        {"principal_point_offset_x", offsetof(struct sensor, shift_x), -1e3, 1e3, PINHOLE | LENS},
-        {"principal_point_offset_y", offsetof(struct sensor, shift_y), -1e3, 1e3, PINHOLE | LENS},
+        {"aperture_radius", offsetof(struct sensor, aperture_radius), 0, SENSOR_MAX_APERTURE, LENS},
+        {"focus_distance", offsetof(struct sensor, focus_distance), SENSOR_MIN_FOCUS,
+         SENSOR_MAX_FOCUS, LENS},
+        {"principal_point_offset_x", offsetof(struct sensor, shift_x), -SENSOR_MAX_SHIFT,
+         SENSOR_MAX_SHIFT, PINHOLE | LENS},
+        {"principal_point_offset_y", offsetof(struct sensor, shift_y), -SENSOR_MAX_SHIFT,
+         SENSOR_MAX_SHIFT, PINHOLE | LENS},
         {"scale_x", offsetof(struct sensor, scale_x), 1e-9, 1e12, FLAT},
         {"scale_y", offsetof(struct sensor, scale_y), 1e-9, 1e12, FLAT},
     };

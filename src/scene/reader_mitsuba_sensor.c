@@ -226,6 +226,9 @@ static lmn_status read_optics(struct props *p, struct sensor *s)
     TRY(read_fov(p, &s->fov, &s->fov_axis));
     TRY(props_float(p, "principal_point_offset_x", &s->shift_x));
     TRY(props_float(p, "principal_point_offset_y", &s->shift_y));
+    if (!(fabsf(s->shift_x) <= SENSOR_MAX_SHIFT && fabsf(s->shift_y) <= SENSOR_MAX_SHIFT))
+        return fail_node(p->r, p->node, "the principal point is more than %g films aside",
+                         SENSOR_MAX_SHIFT);
     if (s->kind != SENSOR_THINLENS) {
         props_ignore(p, "focus_distance");
         props_ignore(p, "aperture_radius");
@@ -234,10 +237,14 @@ static lmn_status read_optics(struct props *p, struct sensor *s)
     if (!props_has(p, "aperture_radius"))
         return fail_node(p->r, p->node, "thinlens needs an \"aperture_radius\"");
     TRY(props_float(p, "aperture_radius", &s->aperture_radius));
-    if (!(s->aperture_radius >= 0.0f))
-        return fail_node(p->r, p->node, "\"aperture_radius\" must not be negative");
-    s->focus_distance = s->far_clip;
+    if (!(s->aperture_radius >= 0.0f && s->aperture_radius <= SENSOR_MAX_APERTURE))
+        return fail_node(p->r, p->node, "\"aperture_radius\" must be from 0 to %g",
+                         SENSOR_MAX_APERTURE);
+    s->focus_distance = fminf(s->far_clip, SENSOR_MAX_FOCUS);
     TRY(props_positive(p, "focus_distance", &s->focus_distance));
+    if (!(s->focus_distance >= SENSOR_MIN_FOCUS && s->focus_distance <= SENSOR_MAX_FOCUS))
+        return fail_node(p->r, p->node, "\"focus_distance\" must be from %g to %g",
+                         SENSOR_MIN_FOCUS, SENSOR_MAX_FOCUS);
 done:
     return status;
 }
@@ -263,6 +270,8 @@ lmn_status load_sensor(struct reader *r, struct xml_node *node)
     TRY(props_transform(&p, "to_world", &s.to_world));
     TRY(props_positive(&p, "near_clip", &s.near_clip));
     TRY(props_positive(&p, "far_clip", &s.far_clip));
+    if (!(s.near_clip <= SENSOR_MAX_NEAR))
+        return fail_node(r, node, "\"near_clip\" must not be above %g", SENSOR_MAX_NEAR);
     if (!(s.near_clip < s.far_clip))
         return fail_node(r, node, "\"near_clip\" must be below \"far_clip\"");
     TRY(read_optics(&p, &s));

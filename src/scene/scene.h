@@ -231,6 +231,13 @@ struct instance {
     bool is_visible;
 };
 
+/* What keeps rays finite: Embree wants that. */
+#define SENSOR_MAX_NEAR     1e6
+#define SENSOR_MAX_SHIFT    1e3
+#define SENSOR_MAX_APERTURE 1e6
+#define SENSOR_MIN_FOCUS    1e-6
+#define SENSOR_MAX_FOCUS    1e12
+
 enum sensor_kind { SENSOR_PERSPECTIVE, SENSOR_THINLENS, SENSOR_ORTHOGRAPHIC };
 
 /* Camera space looks along +z, +x is left, +y up. What is 0 unless said otherwise is off. */

@@ -98,7 +98,8 @@ struct reader {
     struct str ignored; /* "name (line n), ..." */
     uint32_t n_ignored;
     uint32_t n_includes;
-    uint32_t depth; /* of nested objects being loaded */
+    bool has_mesh_attributes; /* some texture asks for one */
+    uint32_t depth;           /* of nested objects being loaded */
 };
 
 /* Reads the properties of one object. Every getter marks what it took; props_finish() complains

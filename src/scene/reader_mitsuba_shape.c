@@ -366,7 +366,7 @@ lmn_status load_shape(struct reader *r, struct xml_node *node, uint32_t group, u
     TRY(props_boolean(&p, "flip_normals", &s.flip_normals));
     TRY(read(&p, &s, &stem));
     TRY(read_surface(&p, &s));
-    TRY(check_attributes(r, node, &s, s.bsdf, 0));
+    if (r->has_mesh_attributes) TRY(check_attributes(r, node, &s, s.bsdf, 0));
     props_ignore(&p, "silhouette_sampling_weight");
     TRY(props_finish(&p, &s.object));
     node->kind = BUILDER_SHAPE;

@@ -142,6 +142,7 @@ static lmn_status read_mesh_attribute(struct props *p, struct texture *t)
     if (scale < 0.0f) return fail_node(p->r, p->node, "\"scale\" must not be negative");
     t->kind = TEXTURE_MESH_ATTRIBUTE;
     t->attribute = mesh_attribute_key(name);
+    p->r->has_mesh_attributes = true;
     t->value = vec3_splat(scale);
 done:
     return status;

@@ -130,6 +130,29 @@ static void one_scene_four_ways(void **state)
     }
 }
 
+/* Old names in new files and the other way round. */
+static void names_of_another_version(void **state)
+{
+    (void)state;
+    struct scene *s = load_file(
+        "<scene version='3.0.0'><sensor type='perspective'><transform name='toWorld'>"
+        "<translate x='2'/></transform></sensor><shape type='sphere'>"
+        "<boolean name='flipNormals' value='true'/><bsdf type='dielectric'>"
+        "<float name='intIOR' value='1.5'/><float name='extIOR' "
+        "value='1'/></bsdf></shape></scene>");
+    assert_near(s->defaults.sensor.to_world.m[0][3], 2);
+    assert_near(bsdf_of(s, 0)->eta, 1.5);
+    assert_true(s->shapes[0].flip_normals);
+    scene_free(s);
+    s = load_file("<scene version='0.5.0'><sensor type='perspective'><transform name='to_world'>"
+                  "<translate x='2'/></transform></sensor></scene>");
+    assert_near(s->defaults.sensor.to_world.m[0][3], 2);
+    scene_free(s);
+    /* A version of two numbers. */
+    s = load_file("<scene version='0.6'><sensor type='perspective'/></scene>");
+    scene_free(s);
+}
+
 /* ---- Notes ----------------------------------------------------------------------------------- */
 
 /* One note, with all that was ignored. */
@@ -348,9 +371,13 @@ static void refused_by_name(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(one_scene_four_ways), cmocka_unit_test(ignored_things_are_told),
-        cmocka_unit_test(wrapped_integrators), cmocka_unit_test(colours),
-        cmocka_unit_test(textures_of_0_x),     cmocka_unit_test(conductors_of_0_x),
+        cmocka_unit_test(one_scene_four_ways),
+        cmocka_unit_test(names_of_another_version),
+        cmocka_unit_test(ignored_things_are_told),
+        cmocka_unit_test(wrapped_integrators),
+        cmocka_unit_test(colours),
+        cmocka_unit_test(textures_of_0_x),
+        cmocka_unit_test(conductors_of_0_x),
         cmocka_unit_test(refused_by_name),
     };
     return cmocka_run_group_tests_name("generations", tests, text_setup, text_teardown);

@@ -104,6 +104,58 @@ OLD = """<?xml version="1.0" encoding="utf-8"?>
 </scene>
 """
 
+# What Mitsuba 3 has no more: gridtexture, scale, vertexcolors, srgb, blackbody; quads in PLY files
+# and negative indices in OBJ files it never read.
+ONLY_OLD = OLD[:OLD.index('    <bsdf type="plastic"')].replace("The words of", "Textures of") + """
+    <shape type="ply">
+        <string name="filename" value="../meshes/quads.ply"/>
+        <transform name="toWorld">
+            <scale value="0.6"/>
+            <translate x="-0.6" y="0.7"/>
+        </transform>
+        <bsdf type="twosided">
+            <bsdf type="diffuse">
+                <texture type="vertexcolors" name="reflectance"/>
+            </bsdf>
+        </bsdf>
+    </shape>
+    <shape type="obj">
+        <string name="filename" value="../meshes/negative.obj"/>
+        <transform name="toWorld">
+            <scale value="0.5"/>
+            <translate x="0.7" y="0.5" z="0.3"/>
+        </transform>
+        <bsdf type="diffuse">
+            <srgb name="reflectance" value="#c08040"/>
+        </bsdf>
+    </shape>
+    <shape type="rectangle">
+        <transform name="toWorld">
+            <rotate x="1" angle="-90"/>
+            <scale value="2"/>
+        </transform>
+        <bsdf type="diffuse">
+            <texture type="scale" name="reflectance">
+                <float name="scale" value="1.5"/>
+                <texture type="gridtexture">
+                    <rgb name="color0" value="0.3, 0.35, 0.4"/>
+                    <rgb name="color1" value="0.1, 0.1, 0.1"/>
+                    <float name="lineWidth" value="0.04"/>
+                    <float name="uvscale" value="8"/>
+                </texture>
+            </texture>
+        </bsdf>
+    </shape>
+    <shape type="sphere">
+        <point name="center" x="-0.5" y="3" z="1.5"/>
+        <float name="radius" value="0.3"/>
+        <emitter type="area">
+            <blackbody name="radiance" temperature="3200K" scale="0.02"/>
+        </emitter>
+    </shape>
+</scene>
+"""
+
 
 def scenes(m):
     """name -> (what it shows, body)"""
@@ -168,8 +220,8 @@ def scenes(m):
 
 
 def whole_scenes():
-    """name -> text"""
-    return {"words_of_0_6": OLD}
+    """name -> text; ours/: what Mitsuba 3 does not read"""
+    return {"words_of_0_6": OLD, "ours/textures_of_0_6": ONLY_OLD}
 
 
 # ---- Meshes ------------------------------------------------------------------------------------
@@ -222,6 +274,18 @@ def write_doubles(path, n=11):
                      + b"".join(struct.pack(">3d3fB", *row, 7) for row in wave(n))
                      + b"".join(struct.pack(">B3IB3I", 3, a, b, c, 3, a, c, d)
                                 for a, b, c, d in cells(n)))
+
+
+def write_colour_quads(path, n=9):
+    lines = ["ply", "format ascii 1.0", "comment made by scripts/scenes/make_tests.py, CC0",
+             f"element vertex {n * n}"]
+    lines += [f"property float {c}" for c in "xyz"]
+    lines += [f"property uchar {c}" for c in ("red", "green", "blue")]
+    lines += [f"element face {(n - 1)**2}", "property list uchar int vertex_indices", "end_header"]
+    for k, (x, y, z, *_) in enumerate(wave(n)):
+        lines.append(f"{x:.6f} {y:.6f} {z:.6f} {40 + 20 * (k % n)} {250 - 3 * k} 90")
+    lines += ["4 " + " ".join(map(str, c)) for c in cells(n)]
+    path.write_text("\n".join(lines) + "\n")
 
 
 GROUPS = """# made by scripts/scenes/make_tests.py, CC0
@@ -334,7 +398,12 @@ def glow(x, y, n=16):
 def write_files(m, folder):
     write_painted(folder / "meshes/painted.ply")
     write_doubles(folder / "meshes/doubles.ply")
+    write_colour_quads(folder / "meshes/quads.ply")
     (folder / "meshes/groups.obj").write_text(GROUPS)
+    (folder / "meshes/negative.obj").write_text(
+        "# made by scripts/scenes/make_tests.py, CC0\n"
+        "v -1 -1 -1\nv 1 -1 -1\nv 1 -1 1\nv -1 -1 1\nv 0 1 0\n"
+        "f -2 -3 -1\nf -3 -4 -1\nf -4 -5 -1\nf -5 -2 -1\n")
     write_serialized(folder / "meshes/two.serialized", 4,
                      [(wave(9), cells(9), True, False), (wave(6, 0.5), cells(6), False, True)])
     write_serialized(folder / "meshes/old.serialized", 3, [(wave(7, 0.2), cells(7), False, False)])

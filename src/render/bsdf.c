@@ -146,6 +146,8 @@ struct bsdf_sample bsdf_sample(const struct bsdf_point *p, struct vec3 wi, float
         break;
     }
     s.pdf *= p->opacity;
+    /* Absurd values overflow somewhere; rays must have a direction. */
+    if (!vec3_is_finite(s.wo)) return (struct bsdf_sample){.wo = {0, 0, 1}, .eta = 1.0f};
     if (!p->is_turned && !p->is_mirrored) return s;
     struct vec3 inner = s.wo;
     s.wo = outward(p, inner);

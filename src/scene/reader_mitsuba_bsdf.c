@@ -38,8 +38,8 @@ static lmn_status read_eta(struct props *p, float int_ior, float *eta)
     TRY(read_ior(p, "int_ior", &int_ior));
     TRY(read_ior(p, "ext_ior", &ext_ior));
     *eta = int_ior / ext_ior;
-    if (!isfinite(*eta) || !(*eta > 0.0f))
-        return fail_node(p->r, p->node, "int_ior / ext_ior is out of range");
+    if (!(*eta >= 1e-3f && *eta <= 1e3f))
+        return fail_node(p->r, p->node, "int_ior / ext_ior must be from 0.001 to 1000");
 done:
     return status;
 }
@@ -225,7 +225,11 @@ static lmn_status read_specular(struct props *p, struct bsdf *f)
     float specular = 0.5f;
     if (props_has(p, "eta") && props_has(p, "specular"))
         return fail_node(p->r, p->node, "either \"eta\" or \"specular\"");
-    if (props_has(p, "eta")) return props_positive(p, "eta", &f->eta);
+    if (props_has(p, "eta")) {
+        TRY(props_positive(p, "eta", &f->eta));
+        if (f->eta >= 1e-3f && f->eta <= 1e3f) return LMN_OK;
+        return fail_node(p->r, p->node, "\"eta\" must be from 0.001 to 1000");
+    }
     TRY(props_float(p, "specular", &specular));
     if (!(specular >= 0.0f && specular <= 1.0f))
         return fail_node(p->r, p->node, "\"specular\" must be from 0 to 1");

@@ -128,6 +128,10 @@ static const struct bad cases[] = {
      ":2:25: <float name=\"metalic\">: unknown property of <bsdf type=\"principled\">; did you "
      "mean "
      "\"metallic\"?"},
+    {"<bsdf type='dielectric'><float name='ext_ior' value='3e38'/></bsdf>",
+     ":2:1: int_ior / ext_ior must be from 0.001 to 1000"},
+    {"<bsdf type='principled'><float name='eta' value='1e30'/></bsdf>",
+     ":2:1: \"eta\" must be from 0.001 to 1000"},
     {"<bsdf type='roughplastic'><float name='int_ior' value='1.000277'/></bsdf>",
      ":2:1: roughplastic needs int_ior different from ext_ior"},
     {"<bsdf type='mixturebsdf'><string name='weights' value='1, 2'/><bsdf type='diffuse'/></bsdf>",

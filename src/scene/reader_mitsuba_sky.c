@@ -86,15 +86,13 @@ lmn_status read_sky(struct props *p, struct emitter *e)
                                           "extend"};
     lmn_status status = LMN_OK;
     bool is_sun = strcmp(p->type, "sun") == 0, is_sky = strcmp(p->type, "sky") == 0;
-    float radius = 1.0f;
+    float radius = 1.0f, scale = 1.0f;
     e->kind = EMITTER_SKY;
     e->turbidity = 3.0f;
-    e->sky_scale = is_sun ? 0.0f : 1.0f;
-    e->sun_scale = is_sky ? 0.0f : 1.0f;
     e->sun_aperture = 0.5358f;
     TRY(props_transform(p, "to_world", &e->to_world));
-    if (p->node->is_legacy) { /* up was +y, south -z and west -x */
-        static const double axes[16] = {0, -1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 0, 0, 1};
+    if (p->node->is_legacy) { /* up was +y, south +z and west -x */
+        static const double axes[16] = {0, -1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0, 1};
         struct transform t;
         if (transform_from_matrix(axes, &t)) e->to_world = transform_mul(&e->to_world, &t);
     }
@@ -102,16 +100,18 @@ lmn_status read_sky(struct props *p, struct emitter *e)
     TRY(props_float(p, "turbidity", &e->turbidity));
     if (!(e->turbidity >= 1.0f && e->turbidity <= 10.0f))
         return fail_node(p->r, p->node, "\"turbidity\" must be from 1 to 10");
-    TRY(props_float(p, "scale", &e->scale));
+    TRY(props_float(p, "scale", &scale)); /* of 0.x: for those of the other two that are absent */
+    e->sky_scale = is_sun ? 0.0f : scale;
+    e->sun_scale = is_sky ? 0.0f : scale;
     if (!is_sun) TRY(props_float(p, "sky_scale", &e->sky_scale));
     if (!is_sky) TRY(props_float(p, "sun_scale", &e->sun_scale));
-    if (!(e->scale >= 0.0f && e->sky_scale >= 0.0f && e->sun_scale >= 0.0f))
+    if (!(e->sky_scale >= 0.0f && e->sun_scale >= 0.0f))
         return fail_node(p->r, p->node, "a scale must not be negative");
     TRY(props_positive(p, "sun_aperture", &e->sun_aperture));
-    TRY(props_positive(p, "sun_radius_scale", &radius)); /* of 0.x */
-    e->sun_aperture *= radius;
-    if (e->sun_aperture >= 180.0f)
-        return fail_node(p->r, p->node, "the sun's aperture must be below 180 degrees");
+    TRY(props_float(p, "sun_radius_scale", &radius)); /* of 0.x, where 0 is a direction */
+    e->sun_aperture = fmaxf(e->sun_aperture * radius, 1e-3f);
+    if (!(radius >= 0.0f && e->sun_aperture < 180.0f))
+        return fail_node(p->r, p->node, "the sun's aperture must be from 0 to 180 degrees");
     for (size_t i = 0; i < sizeof ignored / sizeof *ignored; i++) props_ignore(p, ignored[i]);
 done:
     return status;

@@ -364,7 +364,7 @@ static void skies(void **state)
     assert_int_equal(scene_load(text_path("old.xml"), &options, &s, &err), LMN_OK);
     e = s->defaults.emitters;
     assert_int_equal(s->n_emitters, 2);
-    assert_close(e[0].scale, 2);
+    assert_close(e[0].sky_scale, 2);
     assert_close(e[0].sun_scale, 0);
     assert_close(e[0].sun_elevation, 53.1301f);
     assert_vec3(transform_vector(&e[0].to_world, vec3(0, 0, 1)), 0, 1, 0);
@@ -374,6 +374,21 @@ static void skies(void **state)
                 0.6f, 0.8f, 0);
     assert_close(e[1].sky_scale, 0);
     assert_close(e[1].sun_aperture, 5.358f);
+    scene_free(s);
+    /* On its default day the sun is in the west, at -x, and a little south, at +z. */
+    text_write_string("old.xml", "<scene version='0.6.0'><sensor type='perspective'/>"
+                                 "<emitter type='sunsky'><float name='scale' value='2'/>"
+                                 "<float name='sunScale' value='3'/></emitter></scene>");
+    assert_int_equal(scene_load(text_path("old.xml"), &options, &s, &err), LMN_OK);
+    e = s->defaults.emitters;
+    assert_close(e[0].sky_scale, 2);
+    assert_close(e[0].sun_scale, 3);
+    azimuth = (double)e[0].sun_azimuth * 3.14159265358979 / 180;
+    struct vec3 d = transform_vector(
+        &e[0].to_world,
+        vec3(0.69367f * cosf((float)azimuth), 0.69367f * sinf((float)azimuth), 0.7203f));
+    assert_true(fabsf(d.x + 0.6918f) < 1e-3f && fabsf(d.y - 0.7203f) < 1e-3f &&
+                fabsf(d.z - 0.0514f) < 1e-3f);
     scene_free(s);
 }
 

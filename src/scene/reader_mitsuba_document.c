@@ -236,6 +236,14 @@ lmn_status find_file(struct reader *r, const struct xml_node *node, const char *
     const char *file = node->place.file;
     if (!*name) return fail_node(r, node, "the file name is empty");
     TRY(try_file(r, file, folder_length(file), name, out));
+    if (!*out && strchr(name, '\\')) { /* written on Windows */
+        char *copy = arena_strdup(&r->arena, name);
+        if (!copy) return fail_memory(r->err, name);
+        for (char *c = copy; *c; c++)
+            if (*c == '\\') *c = '/';
+        name = copy;
+        TRY(try_file(r, file, folder_length(file), name, out));
+    }
     for (size_t i = 0; i < r->n_folders && !*out; i++)
         TRY(try_file(r, r->folders[i], strlen(r->folders[i]), name, out));
     if (!*out) return fail_node(r, node, "no file \"%.200s\"", name);

@@ -231,10 +231,10 @@ static void colours(void **state)
     assert_colour(value_of(s, s->defaults.emitters[0].radiance), 3.33969, 2.35376, 1.92058);
     scene_free(s);
 
-    /* From a file, with a comment. */
+    /* From a file, with a comment. Its name is written as on Windows. */
     text_write_string("a.spd", "# nm value\n400 .1\n500 .2\n600 0.3 # red\n700 .15\n");
     s = load_file("<scene version='0.6.0'><sensor type='perspective'/>" DIFFUSE(
-        "<spectrum name='reflectance' filename='a.spd'/>") "</scene>");
+        "<spectrum name='reflectance' filename='.\\a.spd'/>") "</scene>");
     assert_colour(value_of(s, bsdf_of(s, 0)->reflectance), 0.28835, 0.246867, 0.140872);
     scene_free(s);
 

@@ -23,6 +23,9 @@ import render_mitsuba
 
 SCENES = [("sphere-caustic", cases.CAUSTIC, 128, 5), ("veach-ajar", cases.AJAR, 256, 9),
           ("cornell-box", cases.CORNELL, 256, 6)]
+SCENES += [(name, cases.OUTSIDE / folder / name / "scene.xml", 256, 9)
+           for folder, name in (("official", "spaceship"), ("bitterli", "staircase2"),
+                                ("bitterli", "veach-mis"), ("bitterli", "classroom"))]
 VARIANTS = ("scalar_rgb", "llvm_ad_rgb")
 SPP = 32
 
@@ -100,6 +103,10 @@ def main():
             ours, scalar, llvm = (rates[k] for k in ("lumenaut", *VARIANTS))
             print(f"{name:<16}{size:>6}{depth:>6}{ours:>10.2f}{scalar:>10.2f}{llvm:>10.2f}"
                   f"{ours / scalar:>9.2f}{ours / llvm:>9.2f}", flush=True)
+    if results and not args.json:
+        for who in VARIANTS:
+            ratios = [r["mpaths_per_s"]["lumenaut"] / r["mpaths_per_s"][who] for r in results]
+            print(f"geometric mean over {who}: {statistics.geometric_mean(ratios):.2f}")
     if args.json:
         print(json.dumps(results, indent=1))
     return 0

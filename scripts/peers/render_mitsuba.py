@@ -65,13 +65,24 @@ def path_settings(path):
     return settings
 
 
+def as_new(text):
+    """Properties of old plugins that Mitsuba 3.9 does not rename by itself."""
+    root = ElementTree.fromstring(text)
+    for emitter in root.iter("emitter"):
+        for node in list(emitter):
+            if node.get("name") in ("sun_radius_scale", "sunRadiusScale"):
+                node.set("name", "sun_aperture")
+                node.set("value", str(0.5338 * float(node.get("value")))) # degrees, as it was
+    return ElementTree.tostring(root, encoding="unicode")
+
+
 def load(mi, text, size, settings):
     """(scene, integrator) of frozen XML text."""
-    return mi.load_string(with_film_size(text, size)), mi.load_dict({"type": "path", **settings})
+    return mi.load_string(with_film_size(as_new(text), size)), mi.load_dict({"type": "path", **settings})
 
 
 def bounds(mi, text):
-    box = mi.load_string(text).bbox()
+    box = mi.load_string(as_new(text)).bbox()
     return [float(x) for x in (*np.array(box.min).ravel(), *np.array(box.max).ravel())]
 
 

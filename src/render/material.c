@@ -64,7 +64,8 @@ static void find_needs(struct material *m, const struct bsdf *bsdfs, uint32_t in
                        const struct texture_set *textures, int depth)
 {
     const struct bsdf *b = &bsdfs[index];
-    for (int i = 0; i < BSDF_TEXTURES; i++)
+    int n_textures = b->kind == BSDF_PRINCIPLED ? BSDF_TEXTURES : BSDF_TEXTURES - PRINCIPLED_SLOTS;
+    for (int i = 0; i < n_textures; i++)
         if (varies(textures, bsdf_texture(b, i))) {
             m->has_uv = true;
             if (textures->textures[bsdf_texture(b, i)].kind == TEXTURE_MESH_ATTRIBUTE)

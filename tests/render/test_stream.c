@@ -159,11 +159,8 @@ static void instruction_sets(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(files),
-        cmocka_unit_test(settings),
-        cmocka_unit_test(sensors),
-        cmocka_unit_test(counts),
-        cmocka_unit_test(instruction_sets),
+        cmocka_unit_test(files),  cmocka_unit_test(settings),         cmocka_unit_test(sensors),
+        cmocka_unit_test(counts), cmocka_unit_test(instruction_sets),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

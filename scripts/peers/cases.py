@@ -26,6 +26,7 @@ class Case:
 
 CAUSTIC = OUTSIDE / "official/sphere-caustic/scene.xml"
 AJAR = OUTSIDE / "official/veach-ajar/scene.xml"
+SPACESHIP = OUTSIDE / "official/spaceship/scene.xml"
 CORNELL = OUTSIDE / "bitterli/cornell-box/scene.xml"
 
 # ball x z, frost, knot, wall r g b, lamp, dimmer
@@ -37,7 +38,7 @@ DEMO_CASES = [
 ]
 
 # sphere-caustic: left wall, right wall, roughness, sphere x y z, light x z.
-# veach-ajar: camera x y z, target x z, door.
+# veach-ajar: camera x y z, target x z, door. spaceship: camera x y z, target x z, three lights.
 OUTSIDE_CASES = [
     Case("sphere-caustic-1", CAUSTIC, (.8, .2, .1, .1, .7, .2, .6, .5, .5, .5, .5, .5), 128, 5),
     Case("sphere-caustic-2", CAUSTIC, (.5, .5, .5, .9, .1, .6, .25, .9, .1, .9, .1, .9), 128, 5),
@@ -46,6 +47,10 @@ OUTSIDE_CASES = [
     Case("veach-ajar-2", AJAR, (.9, .2, .8, .2, .3, 1.), 128, 9),
     Case("veach-ajar-3", AJAR, (.2, .9, .3, .8, .9, .25), 128, 9),
     Case("cornell-box", CORNELL, (), 128, 6),
+    Case("veach-mis", OUTSIDE / "bitterli/veach-mis/scene.xml", (), 128, 5),
+    Case("staircase2", OUTSIDE / "bitterli/staircase2/scene.xml", (), 128, 9),
+    Case("spaceship-1", SPACESHIP, (.5, .5, .9, .5, .4, .8, .8, .8), 128, 9),
+    Case("spaceship-2", SPACESHIP, (.3, .2, .95, .55, .3, .2, .9, .5), 128, 9),
 ]
 
 

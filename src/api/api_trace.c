@@ -93,6 +93,8 @@ static lmn_status read_settings(const lmn_scene *scene, const lmn_trace_options 
         TRY(choose("mis", o->mis, weights, &choice, err));
         t->mis = choice ? MIS_BALANCE : MIS_POWER;
     }
+    if (*has_photons && o->light_groups)
+        status = fail(err, LMN_ERR_ARGUMENT, "light groups: with the integrator path alone");
     if (t->max_depth < -1)
         status = fail(err, LMN_ERR_ARGUMENT, "max_depth %d: at least -1", t->max_depth);
     if (t->rr_depth < 1)
@@ -103,24 +105,88 @@ done:
 
 /* The parts of a traced picture, as planes of interleaved channels, and their names. */
 struct planes {
-    float *data[4];
-    uint32_t n_channels[4];
+    struct {
+        const float *data;
+        uint32_t n_channels;
+    } * list;           /* [n_planes] */
+    const char **names; /* [n_names], of channels */
     uint32_t n_planes, n_names;
-    const char *names[9 + BUFFER_CHANNELS];
+    float *owned[5]; /* what is behind the planes */
+    uint32_t n_owned;
+    struct str text; /* the names of groups, one after another */
 };
+
+static lmn_status planes_init(struct planes *p, uint32_t n_groups, struct error *err)
+{
+    p->list = mem_new(4 + (size_t)n_groups, sizeof *p->list);
+    p->names = mem_new(9 + BUFFER_CHANNELS + 3 * (size_t)n_groups, sizeof *p->names);
+    return p->list && p->names ? LMN_OK : fail_memory(err, "the picture");
+}
+
+static void planes_release(struct planes *p)
+{
+    for (uint32_t k = 0; k < p->n_owned; k++) mem_free(p->owned[k]);
+    mem_free(p->list);
+    mem_free(p->names);
+    str_release(&p->text);
+}
+
+/* Room for n_planes planes, one after another; *out is the first. Their names are added after. */
+static lmn_status add_planes(struct planes *p, const struct window *w, uint32_t n_planes,
+                             uint32_t n_channels, float **out, struct error *err)
+{
+    /* Sides are at most 2^15: no overflow. */
+    const size_t n = (size_t)w->width * w->height * n_channels;
+    float *data = mem_new(n_planes, n * sizeof *data);
+    if (!data) return fail_memory(err, "the picture");
+    p->owned[p->n_owned++] = data;
+    for (uint32_t k = 0; k < n_planes; k++) {
+        p->list[p->n_planes].data = data + k * n;
+        p->list[p->n_planes++].n_channels = n_channels;
+    }
+    *out = data;
+    return LMN_OK;
+}
 
 static lmn_status add_plane(struct planes *p, const struct window *w, uint32_t n_channels,
                             const char *const *names, float **out, struct error *err)
 {
-    /* Sides are at most 2^15: no overflow. */
-    const size_t n_pixels = (size_t)w->width * w->height;
-    float *data = mem_new(n_pixels * n_channels, sizeof *data);
-    if (!data) return fail_memory(err, "the picture");
-    p->data[p->n_planes] = data;
-    p->n_channels[p->n_planes++] = n_channels;
     for (uint32_t c = 0; c < n_channels; c++) p->names[p->n_names++] = names[c];
-    *out = data;
-    return LMN_OK;
+    return add_planes(p, w, 1, n_channels, out, err);
+}
+
+/* "lamp" of "lamp.scale", the first parameter of an emitter; nothing is longer than its path. */
+static void name_group(struct str *text, const struct scene *s, uint32_t emitter)
+{
+    for (uint32_t i = 0; i < s->n_params; i++) {
+        const struct param *p = &s->params[i];
+        const char *dot = strrchr(p->path, '.');
+        if (p->array != STATE_EMITTERS || p->index != emitter || !dot) continue;
+        str_add(text, "%.*s", (int)(dot - p->path), p->path);
+        return;
+    }
+    str_add(text, "emitter_%u", emitter);
+}
+
+static lmn_status add_groups(struct planes *p, const struct scene *s, const struct window *w,
+                             float **out, struct error *err)
+{
+    static const char *const suffix[3] = {".R", ".G", ".B"};
+    lmn_status status = LMN_OK;
+    size_t *starts = mem_new(3 * (size_t)s->n_emitters, sizeof *starts);
+    TRY(add_planes(p, w, s->n_emitters, 3, out, err));
+    for (uint32_t i = 0; starts && i < 3 * s->n_emitters; i++) {
+        starts[i] = p->text.length;
+        name_group(&p->text, s, i / 3);
+        str_add(&p->text, "%s", suffix[i % 3]);
+        str_add_bytes(&p->text, "", 1); /* the end of a name */
+    }
+    if (!starts || p->text.failed) status = fail_memory(err, "the picture");
+    for (uint32_t i = 0; !status && i < 3 * s->n_emitters; i++)
+        p->names[p->n_names++] = p->text.text + starts[i];
+done:
+    mem_free(starts);
+    return status;
 }
 
 static void interleave(const struct planes *p, struct image *image)
@@ -128,9 +194,9 @@ static void interleave(const struct planes *p, struct image *image)
     const size_t n_pixels = (size_t)image->width * image->height;
     uint32_t first = 0;
     for (uint32_t k = 0; k < p->n_planes; k++) {
-        const uint32_t n = p->n_channels[k];
+        const uint32_t n = p->list[k].n_channels;
         for (size_t i = 0; i < n_pixels; i++)
-            memcpy(image->data + i * image->n_channels + first, p->data[k] + i * n,
+            memcpy(image->data + i * image->n_channels + first, p->list[k].data + i * n,
                    n * sizeof(float));
         first += n;
     }
@@ -157,6 +223,8 @@ lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const d
                      (uint32_t[4]){o.crop_x, o.crop_y, o.crop_width, o.crop_height}, &window, err));
     TRY(read_settings(scene, &o, &settings, &has_photons, err));
     TRY(scene_units(scene, values, scene->cache->u, err));
+    const uint32_t n_groups = o.light_groups ? scene->scene->n_emitters : 0;
+    TRY(planes_init(&planes, n_groups, err));
     TRY(add_plane(&planes, &window, 3, colour, &output.color, err));
     if (o.half_buffers) {
         TRY(add_plane(&planes, &window, 3, half_a, &output.half_a, err));
@@ -165,6 +233,7 @@ lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const d
     if (o.buffers)
         TRY(add_plane(&planes, &window, BUFFER_CHANNELS, buffer_channel_names, &output.buffers,
                       err));
+    if (n_groups) TRY(add_groups(&planes, scene->scene, &window, &output.groups, err));
     TRY(image_init(&image, window.width, window.height, planes.n_names, planes.names, err));
     TRY(scene_view(scene, err));
     view_set(scene->cache->view, scene->cache->u);
@@ -177,7 +246,7 @@ lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const d
     TRY(describe_image(&image, scene, scene->cache->u, settings.seed, settings.spp, err));
     TRY(image_handle(&image, out, err));
 done:
-    for (uint32_t k = 0; k < planes.n_planes; k++) mem_free(planes.data[k]);
+    planes_release(&planes);
     image_release(&image);
     return status;
 }

@@ -252,6 +252,7 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
     if (v->n_lights == 0) return false;
     float choice;
     uint32_t index = light_choose(v, reference, &u1, &choice);
+    s->light = index;
     if (v->table.n > 0) {
         int32_t k = light_table_choose(&v->table, index, u1);
         return light_table_sample(s, &v->table, k, reference, u1, u2, choice);

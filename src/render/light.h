@@ -16,6 +16,7 @@ struct light_sample {
     struct vec3 p;      /* the point on it, unless is_infinite */
     struct vec3 weight; /* radiance / density (point lights: intensity / distance^2 / choice) */
     float pdf;
+    uint32_t light;   /* into the view's */
     bool is_delta;    /* from one direction only: no other strategy can find it */
     bool is_infinite; /* environment, directional */
 };

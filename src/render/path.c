@@ -6,17 +6,12 @@
 #include "render/photon.h"
 
 struct vec3 path_environment(const struct view *v, const struct trace_settings *t,
-                             const struct path *p, struct vec3 d)
+                             const struct path *p, const struct light *l, struct vec3 d)
 {
-    struct vec3 sum = {0};
-    for (uint32_t i = v->first_environment; i < v->n_lights; i++) {
-        const struct light *l = &v->lights[i];
-        float w = 1.0f;
-        if (!p->last_is_delta)
-            w = path_mis_weight(t->mis, p->last_pdf, light_environment_pdf(v, l, p->last_p, d));
-        sum = vec3_madd(sum, light_environment_radiance(v, l, d), w);
-    }
-    return sum;
+    struct vec3 radiance = light_environment_radiance(v, l, d);
+    if (p->last_is_delta) return radiance;
+    float pdf = light_environment_pdf(v, l, p->last_p, d);
+    return vec3_scale(radiance, path_mis_weight(t->mis, p->last_pdf, pdf));
 }
 
 struct vec3 path_emission(const struct view *v, const struct trace_settings *t,
@@ -87,9 +82,10 @@ struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
     for (int32_t depth = 0; t->max_depth != 0; depth++) {
         bool shows_emitters = (depth > 0 || !t->hide_emitters) && p.met != PATH_CAUSTIC;
         if (hit.shape == SCENE_NONE) {
-            if (!shows_emitters || v->first_environment == v->n_lights) break;
-            struct vec3 around = path_environment(v, t, &p, ray.d);
-            p.radiance = vec3_add(p.radiance, vec3_mul(p.throughput, around));
+            for (uint32_t i = v->first_environment; shows_emitters && i < v->n_lights; i++) {
+                struct vec3 around = path_environment(v, t, &p, &v->lights[i], ray.d);
+                p.radiance = vec3_add(p.radiance, vec3_mul(p.throughput, around));
+            }
             break;
         }
         struct surface s;
@@ -151,8 +147,9 @@ void path_add_buffers(const struct view *v, const struct trace_settings *t,
 {
     const struct path seen = {.last_is_delta = true};
     if (first->shape == SCENE_NONE) {
-        if (!t->hide_emitters)
-            put3(buffers + BUFFER_EMISSION, path_environment(v, t, &seen, primary->d));
+        for (uint32_t i = v->first_environment; !t->hide_emitters && i < v->n_lights; i++)
+            put3(buffers + BUFFER_EMISSION,
+                 path_environment(v, t, &seen, &v->lights[i], primary->d));
         return;
     }
     struct surface s;

@@ -45,9 +45,9 @@ static inline float path_survival(float throughput_max, float eta)
     return min_float(throughput_max * eta * eta, 0.95f);
 }
 
-/* Light from around the scene that a ray along d runs into. */
+/* Light of an environment, one of v->lights, that a ray along d runs into. */
 struct vec3 path_environment(const struct view *v, const struct trace_settings *t,
-                             const struct path *p, struct vec3 d);
+                             const struct path *p, const struct light *l, struct vec3 d);
 
 /* Light of the surface that a ray along d has hit. */
 struct vec3 path_emission(const struct view *v, const struct trace_settings *t,

@@ -58,10 +58,16 @@ void stream_start(struct stream *s, const struct view *v, const struct stream_fi
         look_one_by_one(s, f);
 }
 
-static void add_radiance(struct stream *s, uint32_t i, struct vec3 value)
+/* Adds light that comes from `emitter`. */
+static void add_radiance(struct stream *s, uint32_t i, uint32_t emitter, struct vec3 value)
 {
     uint32_t path = s->path[i];
     lanes3_set(&s->radiance, path, vec3_add(lanes3_get(&s->radiance, path), value));
+    if (!s->groups || !vec3_is_finite(value)) return;
+    float *to = s->groups + emitter * s->group_stride + s->place[path];
+    to[0] += value.x;
+    to[1] += value.y;
+    to[2] += value.z;
 }
 
 /* ---- Rays ------------------------------------------------------------------------------------ */
@@ -106,7 +112,8 @@ static void cast_shadows(struct stream *s, const struct view *v)
         accel_occluded_packet(v->top, &rays, lanes, n, is_occluded);
     }
     for (uint32_t i = 0; i < s->n; i++)
-        if (s->is_connected[i] && !is_occluded[i]) add_radiance(s, i, lanes3_get(&s->light, i));
+        if (s->is_connected[i] && !is_occluded[i])
+            add_radiance(s, i, v->lights[s->light_index[i]].emitter, lanes3_get(&s->light, i));
 }
 
 /* ---- Arriving -------------------------------------------------------------------------------- */
@@ -124,10 +131,13 @@ static void miss(struct stream *s, const struct view *v, const struct trace_sett
                  bool shows_emitters)
 {
     s->is_alive[i] = false;
-    if (!shows_emitters || s->met[i] == PATH_CAUSTIC || v->first_environment == v->n_lights) return;
+    if (!shows_emitters || s->met[i] == PATH_CAUSTIC) return;
     const struct path path = lane_path(s, i);
-    struct vec3 around = path_environment(v, t, &path, lanes3_get(&s->d, i));
-    add_radiance(s, i, vec3_mul(lanes3_get(&s->throughput, i), around));
+    for (uint32_t k = v->first_environment; k < v->n_lights; k++) {
+        const struct light *l = &v->lights[k];
+        struct vec3 around = path_environment(v, t, &path, l, lanes3_get(&s->d, i));
+        add_radiance(s, i, l->emitter, vec3_mul(lanes3_get(&s->throughput, i), around));
+    }
 }
 
 /* Reads what the ray has hit; the kernel makes a surface of it. Returns whether that is all: not
@@ -179,7 +189,7 @@ static void emit(struct stream *s, const struct view *v, const struct trace_sett
                                     .shape = s->shape[i],
                                     .instance = s->hit[i].instance};
     struct vec3 emission = path_emission(v, t, &path, &surface, lanes3_get(&s->d, i));
-    add_radiance(s, i, vec3_mul(lanes3_get(&s->throughput, i), emission));
+    add_radiance(s, i, s->shape[i]->emitter, vec3_mul(lanes3_get(&s->throughput, i), emission));
 }
 
 static void look_up_material(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf)
@@ -233,7 +243,7 @@ static void gather(struct stream *s, const struct trace_settings *t, uint32_t i,
                                     .wi = lanes3_get(&s->wi, i)};
     struct vec3 caustic = photon_map_gather(lane_photons(s, t, i), &surface, b,
                                             t->max_depth - depth - 2);
-    add_radiance(s, i, vec3_mul(lanes3_get(&s->throughput, i), caustic));
+    add_radiance(s, i, 0, vec3_mul(lanes3_get(&s->throughput, i), caustic)); /* never in groups */
 }
 
 /* Adds what shines at the ends of the rays and works out the points there. False when no path goes
@@ -284,6 +294,7 @@ static void sample_light(struct stream *s, const struct view *v, uint32_t i)
     s->light_pdf[i] = l.pdf;
     s->light_is_delta[i] = l.is_delta;
     s->light_is_infinite[i] = l.is_infinite;
+    s->light_index[i] = (int32_t)l.light;
 }
 
 /* Samples a light for every path and adds it where nothing is in the way. */

@@ -81,7 +81,7 @@ struct stream {
 
     /* The light sample. */
     uint32_t has_light[STREAM_SIZE];                         /* one is wanted; one was found */
-    int32_t light_index[STREAM_SIZE], triangle[STREAM_SIZE]; /* of the table */
+    int32_t light_index[STREAM_SIZE], triangle[STREAM_SIZE]; /* triangle: of the table */
     float light_sum[STREAM_SIZE], light_left[STREAM_SIZE], light_choice[STREAM_SIZE];
     struct lanes3 light_p, light_d, light_weight, light_wo; /* light_wo: d in the shading frame */
     float light_pdf[STREAM_SIZE];
@@ -100,6 +100,11 @@ struct stream {
     uint32_t is_aimed[STREAM_SIZE]; /* at something that may shine */
 
     struct lanes3 radiance; /* the result, by number of path */
+
+    /* Sums by emitter, where they are wanted: of path k at groups + emitter * group_stride +
+     * place[k]. */
+    float *groups;
+    size_t group_stride, place[STREAM_SIZE];
 };
 
 /* What all primary rays share. */

@@ -5,6 +5,7 @@
 #include "base/pool.h"
 #include "render/stream.h"
 #include "render/view.h"
+#include "render/world.h"
 
 enum { TILE = 32 };
 
@@ -53,11 +54,16 @@ static void job_init(struct job *j, const struct view *v, const struct trace_set
     *j = (struct job){.view = v, .settings = *t, .window = *w, .out = *out};
     if (j->settings.spp == 0) j->settings.spp = 1;
     if ((out->half_a || out->half_b) && j->settings.spp % 2) j->settings.spp++;
-    j->needs_light = out->color || out->half_a || out->half_b;
+    j->needs_light = out->color || out->half_a || out->half_b || out->groups;
     j->film = (struct stream_film){
         .width = w->full_width, .height = w->full_height, .sampler = t->sampler, .seed = t->seed};
     camera_init(&j->film.camera, &view_state(v)->sensor, w->full_width, w->full_height);
     filter_init(&j->film.filter, t->filter, t->filter_radius, t->filter_stddev);
+}
+
+static size_t group_stride(const struct job *j)
+{
+    return (size_t)j->window.width * j->window.height * 3;
 }
 
 static void store(float *to, size_t pixel, struct vec3 sum, float scale)
@@ -100,6 +106,27 @@ static void add_radiance(struct tile *tile, const struct origin *o, struct vec3 
     if (vec3_is_finite(radiance)) *sum = vec3_add(*sum, radiance);
 }
 
+/* Where a tile's pixel is in the window. */
+static size_t pixel_of(const struct job *j, const struct tile *tile, uint32_t i)
+{
+    return (size_t)(tile->y + i / tile->width) * j->window.width + tile->x + i % tile->width;
+}
+
+/* Turns sums by emitter into means, and their sum into the pixel's colour. */
+static void store_groups(const struct job *j, size_t pixel, float scale)
+{
+    uint32_t n_groups = j->view->world->scene->n_emitters;
+    float *color = j->out.color ? j->out.color + 3 * pixel : NULL;
+    for (int c = 0; color && c < 3; c++) color[c] = 0.0f;
+    for (uint32_t g = 0; g < n_groups; g++) {
+        float *group = j->out.groups + g * group_stride(j) + 3 * pixel;
+        for (int c = 0; c < 3; c++) {
+            group[c] *= scale;
+            if (color) color[c] += group[c];
+        }
+    }
+}
+
 /* Traces what the stream holds and adds it to the tile. */
 static void flush(const struct job *j, struct tile *tile, struct stream *s,
                   const struct origin *origins)
@@ -111,6 +138,8 @@ static void flush(const struct job *j, struct tile *tile, struct stream *s,
         struct ray ray = {lanes3_get(&s->o, i), 0.0f, lanes3_get(&s->d, i), s->t_max[i]};
         add_buffers(j, tile, &origins[i], &ray, s->offset[i], &s->hit[i]);
     }
+    for (uint32_t i = 0; j->out.groups && i < n; i++)
+        s->place[i] = 3 * pixel_of(j, tile, origins[i].pixel);
     if (j->needs_light) {
         stream_trace(s, j->view, &j->settings);
         for (uint32_t i = 0; i < n; i++)
@@ -123,12 +152,12 @@ static void store_tile(const struct job *j, const struct tile *tile)
 {
     float scale = 1.0f / (float)j->settings.spp;
     for (uint32_t i = 0; i < tile->width * tile->height; i++) {
-        size_t pixel = (size_t)(tile->y + i / tile->width) * j->window.width + tile->x +
-                       i % tile->width;
+        size_t pixel = pixel_of(j, tile, i);
         const struct vec3 *sums = tile->sums[i];
         store(j->out.color, pixel, vec3_add(sums[0], sums[1]), scale);
         store(j->out.half_a, pixel, sums[0], 2.0f * scale);
         store(j->out.half_b, pixel, sums[1], 2.0f * scale);
+        if (j->out.groups) store_groups(j, pixel, scale);
         if (!j->out.buffers) continue;
         float *to = j->out.buffers + pixel * BUFFER_CHANNELS;
         memcpy(to, tile->buffers[i], sizeof tile->buffers[i]);
@@ -162,6 +191,8 @@ static void trace_tile(const struct job *j, uint32_t x, uint32_t y)
     struct origin origins[STREAM_SIZE];
     start_tile(j, &tile, x, y);
     stream.n = 0;
+    stream.groups = j->out.groups;
+    stream.group_stride = group_stride(j);
     for (uint32_t pixel = 0; pixel < tile.width * tile.height; pixel++) {
         for (uint32_t i = 0; i < j->settings.spp; i++) {
             /* The same samples of a pixel share a stream wherever the pixel is. */

@@ -104,7 +104,8 @@ lmn_status view_trace_photons(const struct view *v, struct pool *pool,
     uint32_t spp = (t->spp + 1) / 2 * 2;
     struct progress told = {progress, progress_user, 0, (spp + PASS_SPP - 1) / PASS_SPP};
     TRY(passes_init(&p, w, out, err));
-    struct trace_output part = {p.parts[0], p.parts[1], p.parts[2], p.parts[3]};
+    struct trace_output part = {
+        .color = p.parts[0], .half_a = p.parts[1], .half_b = p.parts[2], .buffers = p.parts[3]};
     for (uint32_t first = 0; first < spp; first += PASS_SPP) {
         trace_photons(&p, v, pool, t, told.pass);
         s.first_sample = first;

@@ -87,6 +87,9 @@ struct trace_output {
     float *color;           /* [height][width][3], mean of all samples: radiance */
     float *half_a, *half_b; /* the same from the even and the odd samples */
     float *buffers;         /* [height][width][BUFFER_CHANNELS] */
+    /* [n_emitters][height][width][3], zeroed by the caller: the part of colour that comes from each
+     * emitter of the scene; their sum, in this order, is colour exactly. Not with photons. */
+    float *groups;
 };
 
 /* Traces a window on the calling thread. The picture is a function of (state, settings, pixel). */

@@ -29,7 +29,8 @@ void picture_release(struct picture *p)
 
 struct trace_output picture_output(const struct picture *p)
 {
-    return (struct trace_output){p->color, p->half_a, p->half_b, p->buffers};
+    return (struct trace_output){
+        .color = p->color, .half_a = p->half_a, .half_b = p->half_b, .buffers = p->buffers};
 }
 
 struct picture picture_trace(trace_fn *fn, const struct view *v, const struct trace_settings *t,

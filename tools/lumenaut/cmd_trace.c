@@ -8,7 +8,7 @@ struct trace_args {
     struct common_args common;
     struct scene_args scene;
     struct picture_args picture;
-    uint32_t half_buffers;
+    uint32_t half_buffers, light_groups;
     uint32_t sampler, mis, integrator;
 };
 
@@ -21,6 +21,10 @@ static const struct arg_option trace_options[] = {
      .type = ARG_FLAG,
      .help = "append two pictures of independent halves of the samples, a.R .. and b.R ..",
      .offset = offsetof(struct trace_args, half_buffers)},
+    {.name = "light-groups",
+     .type = ARG_FLAG,
+     .help = "append the light of each emitter, NAME.R ..; their sum is the picture",
+     .offset = offsetof(struct trace_args, light_groups)},
     {.name = "sampler",
      .type = ARG_CHOICE,
      .argument = "NAME",
@@ -116,6 +120,7 @@ static int run(void *args)
                                        .seed = p->seed,
                                        .buffers = p->buffers,
                                        .half_buffers = a->half_buffers,
+                                       .light_groups = a->light_groups,
                                        .sampler = sampler_names[a->sampler],
                                        .mis = mis_names[a->mis],
                                        .integrator = integrator_names[a->integrator]};

@@ -31,24 +31,22 @@ static inline float light_rest(float u, float p)
     return min_float(u / p, 0x1.fffffep-1f);
 }
 
-/* What light k may send to p. */
-static inline float light_guide_weight(const struct light_guide *g, uint32_t k, struct vec3 p)
+/* What a light may send to p. */
+static inline float light_weight(const struct light_hint *h, struct vec3 p)
 {
-    struct vec3 d = vec3(p.x - g->center.x[k], p.y - g->center.y[k], p.z - g->center.z[k]);
-    struct vec3 n = vec3(g->normal.x[k], g->normal.y[k], g->normal.z[k]);
-    float distance2 = max_float(vec3_dot(d, d), g->radius2[k]);
-    float cosine = max_float(vec3_dot(n, d), 0.0f) / sqrtf(distance2);
-    float weight = g->power[k] * (g->base[k] + g->slope[k] * cosine);
-    return weight / (g->near[k] * distance2 + (1.0f - g->near[k]));
+    struct vec3 d = vec3_sub(p, h->center);
+    float distance2 = max_float(vec3_dot(d, d), h->radius2);
+    float cosine = max_float(vec3_dot(h->normal, d), 0.0f) / sqrtf(distance2);
+    float weight = h->power * (h->base + h->slope * cosine);
+    return weight / (h->near * distance2 + (1.0f - h->near));
 }
 
-/* From the sum of all weights: a light of weight w has probability even + scale * w. */
-static inline void light_guide_scale(const struct light_guide *g, float sum, float *even,
-                                     float *scale)
+/* The probability of one of n lights with this weight, from the sum of all weights. */
+static inline float light_share(uint32_t n, float sum, float weight)
 {
     bool has_weight = (sum > 0.0f) & (sum < INFINITY);
-    *even = (has_weight ? LIGHT_EVEN : 1.0f) / (float)g->n;
-    *scale = has_weight ? (1.0f - LIGHT_EVEN) / sum : 0.0f;
+    float even = (has_weight ? LIGHT_EVEN : 1.0f) / (float)n;
+    return even + (has_weight ? (1.0f - LIGHT_EVEN) / sum : 0.0f) * weight;
 }
 
 void light_guide_init(struct light_guide *g, const struct view *v);

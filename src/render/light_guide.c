@@ -22,39 +22,28 @@ static float power_of(const struct view *v, const struct light *l)
     return mean_of(v, e->radiance) * e->scale;
 }
 
-static void add_guide(struct light_guide *g, const struct view *v, const struct light *l)
+static void add_hint(struct light_guide *g, const struct view *v, const struct light *l)
 {
     const struct emitter *e = &v->state.emitters[l->emitter];
-    uint32_t k = g->n++;
-    struct vec3 center = {0}, normal = {0};
-    g->power[k] = power_of(v, l);
-    g->radius2[k] = 1e-12f;
-    g->near[k] = 1.0f;
-    g->base[k] = 1.0f;
-    g->slope[k] = 0.0f;
+    struct light_hint h = {.power = power_of(v, l), .radius2 = 1e-12f, .near = 1.0f, .base = 1.0f};
     if (emitter_is_surface(e->kind)) {
         const struct view_instance *i = &v->instances[l->instance];
         float extent = l->shape->extent * cbrtf(fabsf(i->determinant));
-        center = transform_point(i->to_world, l->shape->center);
-        g->radius2[k] = max_float(extent * extent, 1e-12f);
+        h.center = transform_point(i->to_world, l->shape->center);
+        h.radius2 = max_float(extent * extent, 1e-12f);
         struct light_point at;
         if (l->shape->flat_side != 0.0f || l->shape->kind == SHAPE_DISK) {
             light_point_sample(v, l, 0.5f, 0.5f, &at);
-            normal = at.n;
-            g->base[k] = 0.1f;
-            g->slope[k] = 0.9f;
+            h.normal = at.n;
+            h.base = 0.1f;
+            h.slope = 0.9f;
         }
     } else if (emitter_is_environment(e->kind) || e->kind == EMITTER_DIRECTIONAL) {
-        g->near[k] = 0.0f;
+        h.near = 0.0f;
     } else {
-        center = transform_point(&e->to_world, vec3_splat(0.0f));
+        h.center = transform_point(&e->to_world, vec3_splat(0.0f));
     }
-    g->center.x[k] = center.x;
-    g->center.y[k] = center.y;
-    g->center.z[k] = center.z;
-    g->normal.x[k] = normal.x;
-    g->normal.y[k] = normal.y;
-    g->normal.z[k] = normal.z;
+    g->hints[g->n++] = h;
 }
 
 /* By power and a share for all alike. */
@@ -83,14 +72,14 @@ void light_guide_init(struct light_guide *g, const struct view *v)
         init_cdf(v);
         return;
     }
-    for (uint32_t i = 0; i < v->n_lights; i++) add_guide(g, v, &v->lights[i]);
+    for (uint32_t i = 0; i < v->n_lights; i++) add_hint(g, v, &v->lights[i]);
 }
 
 /* Weights of all lights, and their sum. */
 static float weigh(const struct light_guide *g, struct vec3 p, float weights[LIGHT_GUIDES])
 {
     float sum = 0.0f;
-    for (uint32_t k = 0; k < g->n; k++) weights[k] = light_guide_weight(g, k, p);
+    for (uint32_t k = 0; k < g->n; k++) weights[k] = light_weight(&g->hints[k], p);
     for (uint32_t k = 0; k < g->n; k++) sum += weights[k];
     return sum;
 }
@@ -113,10 +102,9 @@ uint32_t light_choose(const struct view *v, struct vec3 p, float *u1, float *pro
         *u1 = light_rest(*u1 - v->light_cdf[low], *probability);
         return low;
     }
-    float weights[LIGHT_GUIDES], even, scale, rest = *u1;
-    light_guide_scale(g, weigh(g, p, weights), &even, &scale);
+    float weights[LIGHT_GUIDES], sum = weigh(g, p, weights), rest = *u1;
     for (uint32_t k = 0;; k++) {
-        *probability = even + scale * weights[k];
+        *probability = light_share(g->n, sum, weights[k]);
         if (rest < *probability || k + 1 == g->n) {
             *u1 = light_rest(rest, *probability);
             return k;
@@ -128,9 +116,9 @@ uint32_t light_choose(const struct view *v, struct vec3 p, float *u1, float *pro
 float light_probability(const struct view *v, struct vec3 p, uint32_t light)
 {
     const struct light_guide *g = &v->guide;
-    float weights[LIGHT_GUIDES], even, scale;
+    float weights[LIGHT_GUIDES];
     if (v->n_lights == 1) return 1.0f;
     if (g->n == 0) return v->light_cdf[light + 1] - v->light_cdf[light];
-    light_guide_scale(g, weigh(g, p, weights), &even, &scale);
-    return even + scale * weights[light];
+    float sum = weigh(g, p, weights);
+    return light_share(g->n, sum, weights[light]);
 }

@@ -120,15 +120,19 @@ static void surface(struct stream *s)
     for (uint32_t i = 0; i < n; i++) surface_lane(s, i);
 }
 
-/* A step of light_choose(): does the lane's random number fall on light k? */
-LANE void choose_lane(struct stream *s, uint32_t i, const struct light_guide *g, uint32_t k)
+LANE void weigh_lane(struct stream *s, uint32_t i, const struct light_hint *h)
 {
-    float even, scale;
-    light_guide_scale(g, s->light_sum[i], &even, &scale);
-    float p = even + scale * light_guide_weight(g, k, lanes3_get(&s->p, i)),
-          left = s->light_left[i];
+    s->light_sum[i] += light_weight(h, lanes3_get(&s->p, i));
+}
+
+/* A step of light_choose(): does the lane's random number fall on light k of n? */
+LANE void choose_lane(struct stream *s, uint32_t i, const struct light_hint *h, uint32_t k,
+                      uint32_t n)
+{
+    float p = light_share(n, s->light_sum[i], light_weight(h, lanes3_get(&s->p, i)));
+    float left = s->light_left[i];
     bool is_open = s->light_index[i] < 0;
-    bool takes = is_open & ((left < p) | (k + 1 == g->n));
+    bool takes = is_open & ((left < p) | (k + 1 == n));
     s->light_index[i] = takes ? (int32_t)k : s->light_index[i];
     s->light_choice[i] = choose(takes, p, s->light_choice[i]);
     s->light_left[i] = choose(takes, light_rest(left, p), choose(is_open, left - p, left));
@@ -136,22 +140,24 @@ LANE void choose_lane(struct stream *s, uint32_t i, const struct light_guide *g,
 
 static void choose_light(struct stream *s, const struct light_guide *g)
 {
-    uint32_t n = s->n;
+    uint32_t n = s->n, n_lights = g->n;
+    int32_t none = n_lights > 0 ? -1 : 0;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) {
         s->light_left[i] = s->u[0][i];
         s->light_sum[i] = 0.0f;
         s->light_choice[i] = 1.0f;
-        s->light_index[i] = g->n > 0 ? -1 : 0;
+        s->light_index[i] = none;
     }
-    for (uint32_t k = 0; k < g->n; k++) {
+    for (uint32_t k = 0; k < n_lights; k++) {
+        const struct light_hint h = g->hints[k];
 #pragma omp simd
-        for (uint32_t i = 0; i < n; i++)
-            s->light_sum[i] += light_guide_weight(g, k, lanes3_get(&s->p, i));
+        for (uint32_t i = 0; i < n; i++) weigh_lane(s, i, &h);
     }
-    for (uint32_t k = 0; k < g->n; k++) {
+    for (uint32_t k = 0; k < n_lights; k++) {
+        const struct light_hint h = g->hints[k];
 #pragma omp simd
-        for (uint32_t i = 0; i < n; i++) choose_lane(s, i, g, k);
+        for (uint32_t i = 0; i < n; i++) choose_lane(s, i, &h, k, n_lights);
     }
 }
 

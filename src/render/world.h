@@ -95,15 +95,17 @@ struct light {
 enum { LIGHT_GUIDES = 32 };
 #define LIGHT_EVEN 0.1f
 
+struct light_hint {
+    struct vec3 center, normal; /* normal 0: not flat */
+    float power;                /* irradiance at distance 1, or of what is far away */
+    float radius2;              /* distances below count as this */
+    float near;                 /* 0: so far away that distance does not matter; else 1 */
+    float base, slope;          /* factor: base + slope * cosine */
+};
+
 struct light_guide {
     uint32_t n; /* 0: one light, or more than fit */
-    struct {
-        float x[LIGHT_GUIDES], y[LIGHT_GUIDES], z[LIGHT_GUIDES];
-    } center, normal;            /* normal 0: not flat */
-    float power[LIGHT_GUIDES];   /* irradiance at distance 1, or of what is far away */
-    float radius2[LIGHT_GUIDES]; /* distances below count as this */
-    float near[LIGHT_GUIDES];    /* 0: so far away that distance does not matter; else 1 */
-    float base[LIGHT_GUIDES], slope[LIGHT_GUIDES]; /* factor: base + slope * cosine */
+    struct light_hint hints[LIGHT_GUIDES];
 };
 
 /*

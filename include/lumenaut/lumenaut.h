@@ -217,8 +217,8 @@ typedef struct lmn_trace_options {
     /* NULL: "path"; or "path+photons": caustics by photons, gathered within a radius that shrinks
      * with spp (biased by it, right in the limit); spp is then rounded up to even. */
     const char *integrator;
-    /* 1: append the light of each emitter, "NAME.R".., named as its parameters are. The sum over all,
-     * in the order of channels, is colour exactly: weigh it and lights are dimmed and coloured
+    /* 1: append the light of each emitter, "NAME.R".., named as its parameters are. The sum over
+     * all, in the order of channels, is colour exactly: weigh it and lights are dimmed and coloured
      * without tracing again. Not with photons. */
     uint32_t light_groups;
 } lmn_trace_options;

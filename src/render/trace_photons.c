@@ -7,7 +7,7 @@
 
 /* Samples of a pass, an even number. Their radius is that of the first pass times n^(-1/6) for the
  * n-th: variance and bias vanish together (Knaus & Zwicker 2011, alpha = 2/3). */
-enum { PASS_SPP = 16, MIN_PHOTONS = 1 << 16, MAX_PHOTONS = 1 << 20 };
+enum { PASS_SPP = 32, MIN_PHOTONS = 1 << 16, MAX_PHOTONS = 1 << 20 };
 
 struct passes {
     struct photon_map *maps[2]; /* for even and odd samples: the halves stay independent */

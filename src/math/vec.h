@@ -39,6 +39,12 @@ static inline struct vec3 vec3_splat(float s)
     return (struct vec3){s, s, s};
 }
 
+/* Of three floats in an array. */
+static inline struct vec3 vec3_load(const float *p)
+{
+    return (struct vec3){p[0], p[1], p[2]};
+}
+
 static inline struct vec3 vec3_add(struct vec3 a, struct vec3 b)
 {
     return (struct vec3){a.x + b.x, a.y + b.y, a.z + b.z};

@@ -1,11 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/light.h"
 
-static struct vec3 load3(const float *p)
-{
-    return vec3(p[0], p[1], p[2]);
-}
-
 /* world area / group-space area around a point of a surface with unit world normal n: the cofactor
  * |det M| |M^-T n_group|, which is |det M| / |M^T n|. */
 static float area_scale(const struct view_instance *i, struct vec3 n)
@@ -39,15 +34,15 @@ static void sample_mesh(const struct light *l, const struct view_instance *insta
     struct vec2 b = warp_triangle(u1, u2);
     float w = 1.0f - b.x - b.y;
     const uint32_t *at = shape->indices + 3 * (size_t)triangle;
-    struct vec3 p0 = load3(shape->positions + 3 * (size_t)at[0]);
-    struct vec3 e0 = vec3_sub(load3(shape->positions + 3 * (size_t)at[1]), p0);
-    struct vec3 e1 = vec3_sub(load3(shape->positions + 3 * (size_t)at[2]), p0);
+    struct vec3 p0 = vec3_load(shape->positions + 3 * (size_t)at[0]);
+    struct vec3 e0 = vec3_sub(vec3_load(shape->positions + 3 * (size_t)at[1]), p0);
+    struct vec3 e1 = vec3_sub(vec3_load(shape->positions + 3 * (size_t)at[2]), p0);
     struct vec3 p = vec3_madd(vec3_madd(p0, e0, b.x), e1, b.y);
     struct vec3 n = vec3_cross(e0, e1), ns = n;
     if (shape->normals)
-        ns = vec3_madd(vec3_madd(vec3_scale(load3(shape->normals + 3 * (size_t)at[0]), w),
-                                 load3(shape->normals + 3 * (size_t)at[1]), b.x),
-                       load3(shape->normals + 3 * (size_t)at[2]), b.y);
+        ns = vec3_madd(vec3_madd(vec3_scale(vec3_load(shape->normals + 3 * (size_t)at[0]), w),
+                                 vec3_load(shape->normals + 3 * (size_t)at[1]), b.x),
+                       vec3_load(shape->normals + 3 * (size_t)at[2]), b.y);
     if (!instance->is_identity) {
         p = transform_point(instance->to_world, p);
         n = transform_normal(instance->to_world, n);

@@ -4,11 +4,6 @@
  * leaves that to particle tracers and shows nothing in its `path`. */
 #include "render/light.h"
 
-static struct vec3 load3(const float *p)
-{
-    return vec3(p[0], p[1], p[2]);
-}
-
 /* A place that shines at the reference point, and what of its power per area arrives there. */
 struct foot {
     struct vec3 p, d; /* d: to it */
@@ -19,7 +14,7 @@ struct foot {
 static struct vec3 corner(const struct world_shape *shape, const struct view_instance *i,
                           uint32_t index)
 {
-    struct vec3 p = load3(shape->positions + 3 * (size_t)index);
+    struct vec3 p = vec3_load(shape->positions + 3 * (size_t)index);
     return i->is_identity ? p : transform_point(i->to_world, p);
 }
 

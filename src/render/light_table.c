@@ -1,11 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/light.h"
 
-static struct vec3 load3(const float *p)
-{
-    return vec3(p[0], p[1], p[2]);
-}
-
 /* Whether the triangles of a light can stand in a table. */
 static bool is_plain(const struct view *v, const struct light *l)
 {
@@ -26,9 +21,9 @@ static void add_triangle(struct light_table *t, const struct view *v, uint32_t l
     const struct world_shape *shape = l->shape;
     const struct emitter *e = &v->state.emitters[l->emitter];
     const uint32_t *at = shape->indices + 3 * (size_t)index;
-    struct vec3 p = load3(shape->positions + 3 * (size_t)at[0]);
-    struct vec3 e0 = vec3_sub(load3(shape->positions + 3 * (size_t)at[1]), p);
-    struct vec3 e1 = vec3_sub(load3(shape->positions + 3 * (size_t)at[2]), p);
+    struct vec3 p = vec3_load(shape->positions + 3 * (size_t)at[0]);
+    struct vec3 e0 = vec3_sub(vec3_load(shape->positions + 3 * (size_t)at[1]), p);
+    struct vec3 e1 = vec3_sub(vec3_load(shape->positions + 3 * (size_t)at[2]), p);
     if (!instance->is_identity) {
         p = transform_point(instance->to_world, p);
         e0 = transform_vector(instance->to_world, e0);

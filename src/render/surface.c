@@ -1,17 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/surface.h"
 
-static struct vec3 load3(const float *p)
-{
-    return vec3(p[0], p[1], p[2]);
-}
-
 /* a (1-u-v) + b u + c v */
 static struct vec3 interpolate(const float *values, const uint32_t *at, float u, float v)
 {
-    return vec3_madd(vec3_madd(vec3_scale(load3(values + 3 * (size_t)at[0]), 1.0f - u - v),
-                               load3(values + 3 * (size_t)at[1]), u),
-                     load3(values + 3 * (size_t)at[2]), v);
+    return vec3_madd(vec3_madd(vec3_scale(vec3_load(values + 3 * (size_t)at[0]), 1.0f - u - v),
+                               vec3_load(values + 3 * (size_t)at[1]), u),
+                     vec3_load(values + 3 * (size_t)at[2]), v);
 }
 
 struct frame surface_frame_along(struct vec3 n, struct vec3 dp_du)
@@ -33,9 +28,9 @@ struct tangents {
 static struct tangents mesh_tangents(const struct world_shape *shape, const uint32_t *at)
 {
     struct tangents none = {{0, 0, 0}, {0, 0, 0}};
-    struct vec3 p = load3(shape->positions + 3 * (size_t)at[0]);
-    struct vec3 e0 = vec3_sub(load3(shape->positions + 3 * (size_t)at[1]), p);
-    struct vec3 e1 = vec3_sub(load3(shape->positions + 3 * (size_t)at[2]), p);
+    struct vec3 p = vec3_load(shape->positions + 3 * (size_t)at[0]);
+    struct vec3 e0 = vec3_sub(vec3_load(shape->positions + 3 * (size_t)at[1]), p);
+    struct vec3 e1 = vec3_sub(vec3_load(shape->positions + 3 * (size_t)at[2]), p);
     if (!shape->uvs) return (struct tangents){e0, e1};
     const float *a = shape->uvs + 2 * (size_t)at[0], *b = shape->uvs + 2 * (size_t)at[1],
                 *c = shape->uvs + 2 * (size_t)at[2];

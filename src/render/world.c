@@ -8,8 +8,7 @@
 
 static struct vec3 vertex(const struct mesh *m, uint32_t index)
 {
-    const float *p = m->positions + 3 * (size_t)index;
-    return vec3(p[0], p[1], p[2]);
+    return vec3_load(m->positions + 3 * (size_t)index);
 }
 
 /* Where an emissive mesh is, and how far it reaches. */

@@ -73,6 +73,8 @@ case $mode in
 --long)
     suite release
     suite asan
+    TSAN_OPTIONS="suppressions=$PWD/scripts/tsan.supp"
+    export TSAN_OPTIONS
     suite tsan -LE 'slow|long'
     ;;
 *)

@@ -94,7 +94,7 @@ static lmn_status read_settings(const lmn_scene *scene, const lmn_trace_options 
         t->mis = choice ? MIS_BALANCE : MIS_POWER;
     }
     if (*has_photons && o->light_groups)
-        status = fail(err, LMN_ERR_ARGUMENT, "light groups: with the integrator path alone");
+        status = fail(err, LMN_ERR_ARGUMENT, "light groups: not with the integrator path+photons");
     if (t->max_depth < -1)
         status = fail(err, LMN_ERR_ARGUMENT, "max_depth %d: at least -1", t->max_depth);
     if (t->rr_depth < 1)

@@ -29,11 +29,6 @@ static bool may_cast(const struct view *v, uint32_t index)
     return photon_is_caster(&p);
 }
 
-static struct bounds box_of(const struct view *v, uint32_t instance, const struct world_shape *s)
-{
-    return bounds_transform(&s->bounds, v->instances[instance].to_world);
-}
-
 static void add_target(struct targets *t, const struct bounds *b)
 {
     t->center[t->n] = vec3_scale(vec3_add(b->min, b->max), 0.5f);
@@ -53,7 +48,7 @@ static void targets_init(struct targets *t, const struct view *v)
         for (uint32_t k = 0; k < g->n_shapes && instance->is_visible; k++) {
             const struct world_shape *shape = &v->instances[i].shapes[k];
             if (!may_cast(v, v->state.shape_bsdfs[shape->index])) continue;
-            struct bounds b = box_of(v, i, shape);
+            struct bounds b = bounds_transform(&shape->bounds, v->instances[i].to_world);
             if (bounds_is_empty(&b)) continue;
             bounds_add(&all, b.min);
             bounds_add(&all, b.max);
@@ -73,16 +68,6 @@ static void targets_init(struct targets *t, const struct view *v)
 
 /* ---- Starting -------------------------------------------------------------------------------- */
 
-/* Random numbers of a photon, in order. */
-struct draws {
-    struct rng rng;
-};
-
-static float draw(struct draws *d)
-{
-    return rng_float(&d->rng);
-}
-
 /* 1 - cos of the cone of a sphere seen from p; 2 from inside: all directions. */
 static float cone_of(const struct targets *t, uint32_t k, struct vec3 p, struct vec3 *axis)
 {
@@ -95,12 +80,12 @@ static float cone_of(const struct targets *t, uint32_t k, struct vec3 p, struct 
 }
 
 /* A direction from p into one of the cones, and its density: that of all cones that hold it. */
-static struct vec3 aim_from(const struct targets *t, struct vec3 p, struct draws *u, float *pdf)
+static struct vec3 aim_from(const struct targets *t, struct vec3 p, struct rng *u, float *pdf)
 {
-    uint32_t chosen = (uint32_t)(draw(u) * (float)t->n);
+    uint32_t chosen = (uint32_t)(rng_float(u) * (float)t->n);
     if (chosen >= t->n) chosen = t->n - 1;
     struct vec3 axis;
-    float height = cone_of(t, chosen, p, &axis), u1 = draw(u), u2 = draw(u);
+    float height = cone_of(t, chosen, p, &axis), u1 = rng_float(u), u2 = rng_float(u);
     struct vec3 d;
     if (height == 2.0f) {
         d = warp_sphere(u1, u2);
@@ -122,12 +107,12 @@ static struct vec3 aim_from(const struct targets *t, struct vec3 p, struct draws
 
 /* A point from which a ray along d runs through one of the spheres, and its density per area
  * across d. */
-static struct vec3 aim_along(const struct targets *t, struct vec3 d, struct draws *u, float *pdf)
+static struct vec3 aim_along(const struct targets *t, struct vec3 d, struct rng *u, float *pdf)
 {
-    uint32_t chosen = (uint32_t)(draw(u) * (float)t->n);
+    uint32_t chosen = (uint32_t)(rng_float(u) * (float)t->n);
     if (chosen >= t->n) chosen = t->n - 1;
-    float u1 = draw(u);
-    struct vec2 disk = warp_disk(u1, draw(u));
+    float u1 = rng_float(u);
+    struct vec2 disk = warp_disk(u1, rng_float(u));
     struct frame f = frame_from_normal(d);
     float r = t->radius[chosen];
     struct vec3 p = vec3_madd(vec3_madd(t->center[chosen], f.s, r * disk.x), f.t, r * disk.y);
@@ -144,13 +129,13 @@ static struct vec3 aim_along(const struct targets *t, struct vec3 d, struct draw
 }
 
 /* A photon's first ray, and its power before the division by the number of photons. */
-static bool emit(const struct view *v, const struct targets *t, struct draws *u, struct ray *ray,
+static bool emit(const struct view *v, const struct targets *t, struct rng *u, struct ray *ray,
                  struct vec3 *power)
 {
-    float u1 = draw(u), u2, pdf, choice;
+    float u1 = rng_float(u), u2, pdf, choice;
     const struct light *l = &v->lights[light_choose(v, t->center[0], &u1, &choice)];
-    u1 = draw(u);
-    u2 = draw(u);
+    u1 = rng_float(u);
+    u2 = rng_float(u);
     if (emitter_is_surface(l->kind)) {
         struct light_point a;
         light_point_sample(v, l, u1, u2, &a);
@@ -197,7 +182,7 @@ static float flux_correction(const struct surface *s, const struct bsdf_sample *
 }
 
 static void fly(const struct view *v, const struct targets *t, const struct trace_settings *set,
-                struct draws *u, float share, struct photon *out)
+                struct rng *u, float share, struct photon *out)
 {
     struct ray ray;
     struct vec3 power;
@@ -217,7 +202,7 @@ static void fly(const struct view *v, const struct targets *t, const struct trac
         bsdf_point_init(&b, v->materials, material, &v->textures, &at);
         bool is_caster = photon_is_caster(&b);
         if (!is_caster && (b.lobes & LOBE_SMOOTH)) {
-            if (b.opacity < 1.0f && draw(u) >= b.opacity) {
+            if (b.opacity < 1.0f && rng_float(u) >= b.opacity) {
                 ray = surface_ray(s.p, s.n, ray.d); /* straight through */
                 continue;
             }
@@ -227,8 +212,8 @@ static void fly(const struct view *v, const struct targets *t, const struct trac
             }
             return;
         }
-        float u_lobe = draw(u), u1 = draw(u);
-        struct bsdf_sample bs = bsdf_sample(&b, s.wi, u_lobe, u1, draw(u));
+        float u_lobe = rng_float(u), u1 = rng_float(u);
+        struct bsdf_sample bs = bsdf_sample(&b, s.wi, u_lobe, u1, rng_float(u));
         if (!(vec3_max(bs.weight) > 0.0f)) return;
         struct vec3 wo = frame_to_world(&s.frame, bs.wo);
         if (!(bs.lobe & LOBE_NULL)) {
@@ -239,7 +224,7 @@ static void fly(const struct view *v, const struct targets *t, const struct trac
         power = vec3_mul(power, bs.weight);
         if (bounce >= ROULETTE_FROM) {
             float survival = min_float(vec3_max(bs.weight), 0.95f);
-            if (draw(u) >= survival) return;
+            if (rng_float(u) >= survival) return;
             power = vec3_scale(power, 1.0f / survival);
         }
         ray = surface_ray(s.p, s.n, wo);
@@ -260,7 +245,7 @@ static void fly_chunk(void *ctx, uint32_t item, uint32_t worker)
     uint32_t end = (item + 1) * CHUNK < f->map->n_emitted ? (item + 1) * CHUNK : f->map->n_emitted;
     (void)worker;
     for (uint32_t i = item * CHUNK; i < end; i++) {
-        struct draws u = {rng_keyed(f->settings->seed, f->key, i)};
+        struct rng u = rng_keyed(f->settings->seed, f->key, i);
         fly(f->view, &f->targets, f->settings, &u, 1.0f / (float)f->map->n_emitted,
             &f->map->landed[i]);
     }

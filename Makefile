@@ -2,7 +2,7 @@
 # The front door. Each target is a short script of scripts/; CMake presets do the building.
 export PATH
 
-.PHONY: help deps build demo test bench results lint check-long peers references check-peers install clean
+.PHONY: help deps build demo test bench results lint check-long peers references check-peers bench-error install clean
 
 help:
 	@echo 'make deps         install the Debian packages of packages.txt, when some are missing'
@@ -10,6 +10,7 @@ help:
 	@echo 'make demo         train the bundled scene for five minutes, then draw sheet and curves'
 	@echo 'make test         tests, house rules, sanitizers; ends with one line of counts'
 	@echo 'make bench        measure tracing, training and frames on this machine'
+	@echo 'make bench-error  time to equal error beside Mitsuba 3 (after make bench; an hour)'
 	@echo 'make results      active exploration beside uniform draws: four trainings of 15 minutes'
 	@echo 'make lint         the house rules alone (format, includes, headers, symbols, text)'
 	@echo 'make check-long   every test, all of them under ASan+UBSan, and TSan'
@@ -39,6 +40,11 @@ check-long: deps
 
 bench: build
 	@sh scripts/bench.sh
+
+# Done scenes are kept: run it again after an interruption.
+bench-error: build peers
+	@.venv/bin/python scripts/peers/bench_error.py
+	@[ ! -d build/bench ] || /usr/bin/python3 scripts/bench_report.py build/bench bench/RESULTS.md
 
 results: build
 	@sh scripts/results.sh

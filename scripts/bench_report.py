@@ -3,13 +3,15 @@
 """bench_report.py FOLDER OUT.md: a page with what `make bench` measured, from its JSON documents.
 
 FOLDER has kernels.json, train.json, trace.json, frame.json, and with peers peers-train.json and
-peers-trace.json; what is not there is left out.
+peers-trace.json; ../peers/bench_error.json is beside it after `make bench-error`. What is not there is
+left out.
 """
 import datetime
 import json
 import os
 import pathlib
 import platform
+import statistics
 import subprocess
 import sys
 
@@ -98,7 +100,37 @@ def against_peers(folder):
                          f"{rate['lumenaut'] / rate['llvm_ad_rgb']:.2f}"))
         lines += table(("scene", "side", "spp", "depth", "lumenaut", "scalar_rgb", "llvm_ad_rgb",
                         "/ scalar", "/ llvm"), rows)
-    return lines
+        lines += means("the faster variant", {r["scene"]: r["ratio"] for r in trace})
+    return lines + equal_error(load(folder.parent / "peers", "bench_error"))
+
+
+def means(what, ratios):
+    worst = min(ratios, key=ratios.get)
+    return [f"Over {what}: geometric mean {statistics.geometric_mean(ratios.values()):.2f}, least "
+            f"{ratios[worst]:.2f} ({worst}).", ""]
+
+
+def equal_error(document):
+    """Time to equal relMSE: error times seconds, per renderer, from bench_error.py."""
+    if not document:
+        return []
+    o = document["settings"]
+    lines = ["## Time to equal error beside Mitsuba 3", "", f"`make bench-error`: {o['size']}x"
+             f"{o['size']}, {o['spp']} spp, {o['runs']} runs each by turns, references of "
+             f"{o['reference_spp']} spp (half ours, half Mitsuba's). relMSE times seconds, fitted over "
+             "the numbers of samples; in brackets without the 0.1 % of pixels that are worst. How many "
+             "times as long the faster of Mitsuba's variants takes to the same error, last.", ""]
+    names = list(document["results"][0]["renderers"])
+    rows = []
+    for r in document["results"]:
+        costs = [f"{1e3 * r['renderers'][n]['relmse_s']:.3g} ({1e3 * r['renderers'][n]['trimmed_s']:.3g})"
+                 for n in names]
+        rows.append((r["scene"], r["max_depth"], *costs,
+                     f"{r['relmse_ratio']:.2f} ({r['trimmed_ratio']:.2f})"))
+    lines += table(("scene", "depth", *(f"{n}, 1e-3 s" for n in names), "times as long"), rows)
+    lines += means("relMSE", {r["scene"]: r["relmse_ratio"] for r in document["results"]})
+    return lines + means("relMSE without the worst pixels",
+                         {r["scene"]: r["trimmed_ratio"] for r in document["results"]})
 
 
 def main():

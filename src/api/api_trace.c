@@ -78,6 +78,7 @@ static lmn_status read_settings(const lmn_scene *scene, const lmn_trace_options 
     lmn_status status = LMN_OK;
     uint32_t choice = 0;
     trace_settings_init(t, scene->scene);
+    t->splats = true;
     if (o->spp) t->spp = o->spp;
     if (o->integrator) TRY(choose("integrator", o->integrator, integrators, &choice, err));
     *has_photons = choice == 1;

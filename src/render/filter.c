@@ -42,6 +42,9 @@ static double below_step(double i)
 void filter_init(struct filter *f, enum filter_kind kind, float radius, float stddev)
 {
     *f = (struct filter){.kind = kind, .radius = radius, .stddev = stddev};
+    f->steps = (float)FILTER_STEPS / radius;
+    for (int i = 0; i < FILTER_STEPS; i++)
+        f->profile[i] = filter_eval(f, radius * (float)i / (float)FILTER_STEPS);
     if (kind != FILTER_GAUSSIAN) return;
     double total = gaussian_integral(f, radius);
     for (int i = 1; i < 256; i++)

@@ -9,16 +9,28 @@
  * its centre like the filter's values, and weigh the same. All filters are products of a profile
  * in x and one in y, symmetric about 0. The gaussian is shifted down to end at 0, as Mitsuba's.
  */
+enum { FILTER_STEPS = 512 };
+
 struct filter {
     enum filter_kind kind;
     float radius, stddev;
+    float steps;      /* of the profile's table, per pixel */
     float table[257]; /* gaussian: quantiles of |x|, at steps that get finer in the tail */
+    float profile[FILTER_STEPS + 2]; /* at |x| = radius * i / FILTER_STEPS; 0 at the end */
 };
 
 void filter_init(struct filter *f, enum filter_kind kind, float radius, float stddev);
 
 /* The profile, with integral 1. */
 float filter_eval(const struct filter *f, float x);
+
+/* The same from a table, for splatting. */
+static inline float filter_weight(const struct filter *f, float x)
+{
+    float at = min_float(fabsf(x) * f->steps, (float)FILTER_STEPS);
+    uint32_t i = (uint32_t)at;
+    return f->profile[i] + (at - (float)i) * (f->profile[i + 1] - f->profile[i]);
+}
 
 /* A distance from the pixel's centre, u uniform in [0,1), restricted to [low, high] (-INFINITY and
  * INFINITY for the whole filter): pixels at the border of a picture take no samples from beyond. */

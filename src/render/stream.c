@@ -47,7 +47,11 @@ static void look_one_by_one(struct stream *s, const struct stream_film *f)
 void stream_start(struct stream *s, const struct view *v, const struct stream_film *f)
 {
     v->world->kernels->start(s, f->sampler, f->seed);
-    for (uint32_t i = 0; i < s->n; i++) {
+    for (uint32_t i = 0; f->margin > 0 && i < s->n; i++) {
+        s->u[0][i] += s->center_x[i] - 0.5f;
+        s->u[1][i] += s->center_y[i] - 0.5f;
+    }
+    for (uint32_t i = 0; f->margin == 0 && i < s->n; i++) {
         float x = s->center_x[i], y = s->center_y[i];
         s->u[0][i] = x + filter_sample(&f->filter, s->u[0][i], -x, (float)f->width - x);
         s->u[1][i] = y + filter_sample(&f->filter, s->u[1][i], -y, (float)f->height - y);

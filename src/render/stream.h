@@ -111,6 +111,7 @@ struct stream {
 struct stream_film {
     struct camera camera;
     struct filter filter;
+    uint32_t margin; /* of splats; 0: the filter is importance-sampled */
     uint32_t width, height;
     enum sampler_kind sampler;
     uint64_t seed;

@@ -2,12 +2,14 @@
 #include <string.h>
 #include <xmmintrin.h>
 
+#include "base/mem.h"
 #include "base/pool.h"
+#include "render/film.h"
 #include "render/stream.h"
 #include "render/view.h"
 #include "render/world.h"
 
-enum { TILE = 32 };
+enum { TILE = FILM_TILE };
 
 /* Flush-to-zero and denormals-are-zero: Embree wants them, and results must not depend on what the
  * calling thread had set. */
@@ -59,6 +61,21 @@ static void job_init(struct job *j, const struct view *v, const struct trace_set
         .width = w->full_width, .height = w->full_height, .sampler = t->sampler, .seed = t->seed};
     camera_init(&j->film.camera, &view_state(v)->sensor, w->full_width, w->full_height);
     filter_init(&j->film.filter, t->filter, t->filter_radius, t->filter_stddev);
+    if (t->splats && j->needs_light && !out->groups) j->film.margin = film_margin(&j->film.filter);
+}
+
+/* What is asked for, in one job or in two: buffers are never splatted. Returns how many. */
+static int jobs_init(struct job jobs[2], const struct view *v, const struct trace_settings *t,
+                     const struct window *w, const struct trace_output *out)
+{
+    const struct trace_output buffers = {.buffers = out->buffers};
+    struct trace_output light = *out;
+    light.buffers = NULL;
+    job_init(&jobs[0], v, t, w, out);
+    if (!out->buffers || jobs[0].film.margin == 0) return 1;
+    job_init(&jobs[0], v, t, w, &buffers);
+    job_init(&jobs[1], v, t, w, &light);
+    return 2;
 }
 
 static size_t group_stride(const struct job *j)
@@ -74,11 +91,12 @@ static void store(float *to, size_t pixel, struct vec3 sum, float scale)
     to[3 * pixel + 2] = sum.z * scale;
 }
 
-/* What a tile gathers before it is written out. */
+/* A part of the picture, and where its samples go. */
 struct tile {
-    uint32_t x, y, width, height;     /* in the window */
-    struct vec3 sums[TILE * TILE][2]; /* of even and odd samples */
-    float buffers[TILE * TILE][BUFFER_CHANNELS];
+    uint32_t x, y, width, height;      /* in the picture; pixels are counted row by row */
+    struct film_tile *splats;          /* NULL: samples count for their pixel */
+    struct vec3 (*sums)[2];            /* else: of a pixel's even and odd samples */
+    float (*buffers)[BUFFER_CHANNELS]; /* of a pixel */
 };
 
 /* Where a path belongs. */
@@ -99,17 +117,27 @@ static void add_buffers(const struct job *j, struct tile *tile, const struct ori
     buffers[BUFFER_PRIMITIVE_ID] = (float)hit->primitive;
 }
 
-/* A sample that is no number (broken normals in a file, an overflow) is black. */
-static void add_radiance(struct tile *tile, const struct origin *o, struct vec3 radiance)
+/* A sample at the point (x, y). One that is no number (broken normals in a file, an overflow) is
+ * black. */
+static void add_radiance(const struct job *j, struct tile *tile, const struct origin *o, float x,
+                         float y, struct vec3 radiance)
 {
-    struct vec3 *sum = &tile->sums[o->pixel][o->sample & 1];
-    if (vec3_is_finite(radiance)) *sum = vec3_add(*sum, radiance);
+    if (!vec3_is_finite(radiance)) radiance = vec3_splat(0.0f);
+    if (tile->splats) {
+        const struct film_sample at = {tile->x + o->pixel % tile->width,
+                                       tile->y + o->pixel / tile->width, o->sample & 1, x, y};
+        film_tile_add(tile->splats, &j->film.filter, j->film.margin, &at, radiance);
+    } else {
+        struct vec3 *sum = &tile->sums[o->pixel][o->sample & 1];
+        *sum = vec3_add(*sum, radiance);
+    }
 }
 
 /* Where a tile's pixel is in the window. */
 static size_t pixel_of(const struct job *j, const struct tile *tile, uint32_t i)
 {
-    return (size_t)(tile->y + i / tile->width) * j->window.width + tile->x + i % tile->width;
+    uint32_t x = tile->x - j->window.x, y = tile->y - j->window.y;
+    return (size_t)(y + i / tile->width) * j->window.width + x + i % tile->width;
 }
 
 /* Turns sums by emitter into means, and their sum into the pixel's colour. */
@@ -132,7 +160,10 @@ static void flush(const struct job *j, struct tile *tile, struct stream *s,
                   const struct origin *origins)
 {
     uint32_t n = s->n; /* tracing leaves fewer lanes */
+    float x[STREAM_SIZE], y[STREAM_SIZE];
     stream_start(s, j->view, &j->film);
+    memcpy(x, s->u[0], n * sizeof *x);
+    memcpy(y, s->u[1], n * sizeof *y);
     stream_cast(s, j->view);
     for (uint32_t i = 0; j->out.buffers && i < n; i++) {
         struct ray ray = {lanes3_get(&s->o, i), 0.0f, lanes3_get(&s->d, i), s->t_max[i]};
@@ -143,7 +174,7 @@ static void flush(const struct job *j, struct tile *tile, struct stream *s,
     if (j->needs_light) {
         stream_trace(s, j->view, &j->settings);
         for (uint32_t i = 0; i < n; i++)
-            add_radiance(tile, &origins[i], lanes3_get(&s->radiance, i));
+            add_radiance(j, tile, &origins[i], x[i], y[i], lanes3_get(&s->radiance, i));
     }
     s->n = 0;
 }
@@ -160,20 +191,9 @@ static void store_tile(const struct job *j, const struct tile *tile)
         if (j->out.groups) store_groups(j, pixel, scale);
         if (!j->out.buffers) continue;
         float *to = j->out.buffers + pixel * BUFFER_CHANNELS;
-        memcpy(to, tile->buffers[i], sizeof tile->buffers[i]);
+        memcpy(to, tile->buffers[i], sizeof *tile->buffers);
         for (int c = 0; c < BUFFER_SHAPE_ID; c++) to[c] *= scale;
     }
-}
-
-static void start_tile(const struct job *j, struct tile *tile, uint32_t x, uint32_t y)
-{
-    const struct window *w = &j->window;
-    tile->x = x;
-    tile->y = y;
-    tile->width = w->width - x < TILE ? w->width - x : TILE;
-    tile->height = w->height - y < TILE ? w->height - y : TILE;
-    memset(tile->sums, 0, sizeof tile->sums);
-    if (j->out.buffers) memset(tile->buffers, 0, sizeof tile->buffers);
 }
 
 static uint32_t min_u32(uint32_t a, uint32_t b)
@@ -181,108 +201,238 @@ static uint32_t min_u32(uint32_t a, uint32_t b)
     return a < b ? a : b;
 }
 
-/* The tile whose top left pixel in the window is (x, y). */
-static void trace_tile(const struct job *j, uint32_t x, uint32_t y)
+/* Traces a tile, not larger than TILE, whose place and `splats` are set. */
+typedef void tile_fn(const struct job *j, struct tile *tile);
+
+static void trace_tile(const struct job *j, struct tile *tile)
 {
-    unsigned before = _mm_getcsr();
-    _mm_setcsr(before | FAST_FLOATS);
-    struct tile tile;
     struct stream stream;
     struct origin origins[STREAM_SIZE];
-    start_tile(j, &tile, x, y);
     stream.n = 0;
     stream.groups = j->out.groups;
     stream.group_stride = group_stride(j);
-    for (uint32_t pixel = 0; pixel < tile.width * tile.height; pixel++) {
+    for (uint32_t pixel = 0; pixel < tile->width * tile->height; pixel++) {
         for (uint32_t i = 0; i < j->settings.spp; i++) {
             /* The same samples of a pixel share a stream wherever the pixel is. */
             uint32_t rest = j->settings.spp - i;
             if (i % STREAM_SIZE == 0 && stream.n + min_u32(rest, STREAM_SIZE) > STREAM_SIZE)
-                flush(j, &tile, &stream, origins);
+                flush(j, tile, &stream, origins);
             origins[stream.n] = (struct origin){.pixel = pixel, .sample = i};
-            stream_add(&stream, &j->film, j->window.x + x + pixel % tile.width,
-                       j->window.y + y + pixel / tile.width, j->settings.first_sample + i);
+            stream_add(&stream, &j->film, tile->x + pixel % tile->width,
+                       tile->y + pixel / tile->width, j->settings.first_sample + i);
         }
     }
-    flush(j, &tile, &stream, origins);
+    flush(j, tile, &stream, origins);
+}
+
+/* ---- Tiles of a window ----------------------------------------------------------------------- */
+
+/* Each sample for its own pixel: a tile of the window whose top left pixel there is (x, y). */
+static void trace_pixels(const struct job *j, uint32_t x, uint32_t y, tile_fn *trace)
+{
+    const struct window *w = &j->window;
+    unsigned before = _mm_getcsr();
+    _mm_setcsr(before | FAST_FLOATS);
+    struct vec3 sums[TILE * TILE][2];
+    float buffers[TILE * TILE][BUFFER_CHANNELS];
+    struct tile tile = {.x = w->x + x, .y = w->y + y, .sums = sums, .buffers = buffers};
+    tile.width = min_u32(w->width - x, TILE);
+    tile.height = min_u32(w->height - y, TILE);
+    if (j->needs_light) memset(sums, 0, sizeof sums);
+    if (j->out.buffers) memset(buffers, 0, sizeof buffers);
+    trace(j, &tile);
     store_tile(j, &tile);
     _mm_setcsr(before);
+}
+
+/* The pixels whose samples reach the part: [x0, x1) x [y0, y1) of the picture. */
+struct reach {
+    uint32_t x0, y0, x1, y1;
+};
+
+static struct reach reach_of(const struct job *j, const struct window *part)
+{
+    const uint32_t m = j->film.margin;
+    return (struct reach){part->x - min_u32(part->x, m), part->y - min_u32(part->y, m),
+                          min_u32(part->x + part->width + m, part->full_width),
+                          min_u32(part->y + part->height + m, part->full_height)};
+}
+
+/* Splats of the tile of the picture at (x, y), of the pixels within reach. */
+static void trace_splats(const struct job *j, const struct reach *r, uint32_t x, uint32_t y,
+                         struct film_tile *splats, tile_fn *trace)
+{
+    unsigned before = _mm_getcsr();
+    _mm_setcsr(before | FAST_FLOATS);
+    struct tile tile = {.x = x > r->x0 ? x : r->x0, .y = y > r->y0 ? y : r->y0, .splats = splats};
+    tile.width = min_u32(x + TILE, r->x1) - tile.x;
+    tile.height = min_u32(y + TILE, r->y1) - tile.y;
+    film_tile_start(splats, j->film.margin, x, y);
+    trace(j, &tile);
+    _mm_setcsr(before);
+}
+
+/* Splats of a part of the window, not larger than TILE. */
+static void trace_part(const struct job *j, const struct window *part, tile_fn *trace)
+{
+    struct film_sum sums[TILE * TILE] = {0};
+    struct film_tile splats;
+    const struct reach r = reach_of(j, part);
+    struct trace_output out = j->out;
+    for (uint32_t y = r.y0 / TILE * TILE; y < r.y1; y += TILE) {
+        for (uint32_t x = r.x0 / TILE * TILE; x < r.x1; x += TILE) {
+            trace_splats(j, &r, x, y, &splats, trace);
+            film_add(sums, part, &splats, j->film.margin);
+        }
+    }
+    film_store(sums, part, &j->window, &out);
+}
+
+/* All of a window, tile by tile. */
+static void trace_window(const struct job *j, tile_fn *trace)
+{
+    const struct window *w = &j->window;
+    for (uint32_t y = 0; y < w->height; y += TILE) {
+        for (uint32_t x = 0; x < w->width; x += TILE) {
+            struct window part = *w;
+            part.x += x;
+            part.y += y;
+            part.width = min_u32(w->width - x, TILE);
+            part.height = min_u32(w->height - y, TILE);
+            if (j->film.margin > 0)
+                trace_part(j, &part, trace);
+            else
+                trace_pixels(j, x, y, trace);
+        }
+    }
 }
 
 void view_trace(const struct view *v, const struct trace_settings *t, const struct window *w,
                 struct trace_output *out)
 {
-    struct job j;
-    job_init(&j, v, t, w, out);
-    for (uint32_t y = 0; y < w->height; y += TILE)
-        for (uint32_t x = 0; x < w->width; x += TILE) trace_tile(&j, x, y);
+    struct job jobs[2];
+    for (int k = 0, n = jobs_init(jobs, v, t, w, out); k < n; k++)
+        trace_window(&jobs[k], trace_tile);
 }
 
 /* ---- One path after another ------------------------------------------------------------------ */
 
-/* The primary ray of sample o, and its sampler. */
+/* The primary ray of sample o, through the point `at` of the picture, and its sampler. */
 static struct ray start_path(const struct job *j, const struct tile *tile, const struct origin *o,
-                             struct sampler *sampler, float *offset)
+                             struct sampler *sampler, struct vec2 *at, float *offset)
 {
     const struct stream_film *f = &j->film;
-    uint32_t x = j->window.x + tile->x + o->pixel % tile->width;
-    uint32_t y = j->window.y + tile->y + o->pixel / tile->width;
+    uint32_t x = tile->x + o->pixel % tile->width, y = tile->y + o->pixel / tile->width;
     float cx = (float)x + 0.5f, cy = (float)y + 0.5f;
     *sampler = sampler_start(f->sampler, f->seed, (uint64_t)y * f->width + x,
                              j->settings.first_sample + o->sample);
     struct vec2 u = sampler_next_2d(sampler);
-    float px = cx + filter_sample(&f->filter, u.x, -cx, (float)f->width - cx);
-    float py = cy + filter_sample(&f->filter, u.y, -cy, (float)f->height - cy);
-    return path_start(&f->camera, px, py, sampler, offset);
+    if (f->margin > 0) {
+        at->x = u.x + (cx - 0.5f);
+        at->y = u.y + (cy - 0.5f);
+    } else {
+        at->x = cx + filter_sample(&f->filter, u.x, -cx, (float)f->width - cx);
+        at->y = cy + filter_sample(&f->filter, u.y, -cy, (float)f->height - cy);
+    }
+    return path_start(&f->camera, at->x, at->y, sampler, offset);
 }
 
-static void trace_tile_plain(const struct job *j, uint32_t x, uint32_t y)
+static void trace_tile_plain(const struct job *j, struct tile *tile)
 {
-    unsigned before = _mm_getcsr();
-    _mm_setcsr(before | FAST_FLOATS);
-    struct tile tile;
-    start_tile(j, &tile, x, y);
-    for (uint32_t pixel = 0; pixel < tile.width * tile.height; pixel++) {
+    for (uint32_t pixel = 0; pixel < tile->width * tile->height; pixel++) {
         for (uint32_t i = 0; i < j->settings.spp; i++) {
             struct origin o = {.pixel = pixel, .sample = i};
             struct sampler sampler;
             struct hit hit;
+            struct vec2 at;
             float offset;
-            struct ray ray = start_path(j, &tile, &o, &sampler, &offset);
+            struct ray ray = start_path(j, tile, &o, &sampler, &at, &offset);
             accel_intersect(j->view->top, &ray, &hit);
-            if (j->out.buffers) add_buffers(j, &tile, &o, &ray, offset, &hit);
+            if (j->out.buffers) add_buffers(j, tile, &o, &ray, offset, &hit);
             if (!j->needs_light) continue;
             struct vec3 radiance = path_radiance(j->view, &j->settings, &ray, &hit,
                                                  j->settings.photons[i & 1], &sampler);
-            add_radiance(&tile, &o, radiance);
+            add_radiance(j, tile, &o, at.x, at.y, radiance);
         }
     }
-    store_tile(j, &tile);
-    _mm_setcsr(before);
 }
 
 void view_trace_plain(const struct view *v, const struct trace_settings *t, const struct window *w,
                       struct trace_output *out)
 {
-    struct job j;
-    job_init(&j, v, t, w, out);
-    for (uint32_t y = 0; y < w->height; y += TILE)
-        for (uint32_t x = 0; x < w->width; x += TILE) trace_tile_plain(&j, x, y);
+    struct job jobs[2];
+    for (int k = 0, n = jobs_init(jobs, v, t, w, out); k < n; k++)
+        trace_window(&jobs[k], trace_tile_plain);
 }
 
 /* ---- In parallel ----------------------------------------------------------------------------- */
 
 struct tiles {
-    struct job job;
-    uint32_t columns, first;
+    const struct job *job;
+    struct reach reach;
+    uint32_t x0, y0, columns,
+        first;                /* of the first tile, in the window or with splats the picture */
+    struct film_tile *splats; /* [run] */
 };
 
 static void trace_item(void *ctx, uint32_t item, uint32_t worker)
 {
     const struct tiles *t = ctx;
     uint32_t index = t->first + item;
+    uint32_t x = t->x0 + index % t->columns * TILE, y = t->y0 + index / t->columns * TILE;
     (void)worker;
-    trace_tile(&t->job, index % t->columns * TILE, index / t->columns * TILE);
+    if (t->splats)
+        trace_splats(t->job, &t->reach, x, y, &t->splats[item], trace_tile);
+    else
+        trace_pixels(t->job, x, y, trace_tile);
+}
+
+/* All tiles at once; where there is something to tell, or splats to add, in runs long enough to
+ * keep all workers busy. */
+static lmn_status trace_parallel(const struct job *j, struct pool *pool, lmn_progress_fn *progress,
+                                 void *progress_user, struct error *err)
+{
+    const struct window *w = &j->window;
+    struct tiles t = {.job = j};
+    struct trace_output out = j->out;
+    struct film_sum *sums = NULL;
+    uint32_t run = progress ? 8 * pool_n_workers(pool) : UINT32_MAX;
+    lmn_status status = LMN_OK;
+    uint32_t width = w->width, height = w->height;
+    if (j->film.margin > 0) {
+        t.reach = reach_of(j, w);
+        t.x0 = t.reach.x0 / TILE * TILE;
+        t.y0 = t.reach.y0 / TILE * TILE;
+        width = t.reach.x1 - t.x0;
+        height = t.reach.y1 - t.y0;
+        sums = mem_new((size_t)w->width * w->height, sizeof *sums);
+        run = 16 * pool_n_workers(pool);
+        t.splats = mem_new(run, sizeof *t.splats);
+        if (!sums || !t.splats) {
+            status = fail_memory(err, "the picture");
+            goto done;
+        }
+    }
+    t.columns = (width + TILE - 1) / TILE;
+    const uint32_t n = t.columns * ((height + TILE - 1) / TILE);
+    for (uint32_t n_items; t.first < n; t.first += n_items) {
+        n_items = min_u32(n - t.first, run);
+        if (progress && progress(progress_user, t.first, n)) {
+            status = fail(err, LMN_ERR_CANCELLED, "tracing was cancelled");
+            goto done;
+        }
+        pool_run(pool, n_items, trace_item, &t);
+        for (uint32_t i = 0; t.splats && i < n_items; i++)
+            film_add(sums, w, &t.splats[i], j->film.margin);
+    }
+    if (progress && progress(progress_user, n, n))
+        status = fail(err, LMN_ERR_CANCELLED, "tracing was cancelled");
+    else if (t.splats)
+        film_store(sums, w, w, &out);
+done:
+    mem_free(sums);
+    mem_free(t.splats);
+    return status;
 }
 
 lmn_status view_trace_parallel(const struct view *v, struct pool *pool,
@@ -290,18 +440,10 @@ lmn_status view_trace_parallel(const struct view *v, struct pool *pool,
                                struct trace_output *out, lmn_progress_fn *progress,
                                void *progress_user, struct error *err)
 {
-    struct tiles tiles;
-    job_init(&tiles.job, v, t, w, out);
-    tiles.columns = (w->width + TILE - 1) / TILE;
-    uint32_t n = tiles.columns * ((w->height + TILE - 1) / TILE);
-    /* Without someone to tell, all at once; else in runs long enough to keep all workers busy. */
-    uint32_t run = progress ? 8 * pool_n_workers(pool) : n;
-    for (tiles.first = 0; tiles.first < n; tiles.first += run) {
-        if (progress && progress(progress_user, tiles.first, n))
-            return fail(err, LMN_ERR_CANCELLED, "tracing was cancelled");
-        pool_run(pool, n - tiles.first < run ? n - tiles.first : run, trace_item, &tiles);
-    }
-    if (progress && progress(progress_user, n, n))
-        return fail(err, LMN_ERR_CANCELLED, "tracing was cancelled");
-    return LMN_OK;
+    struct job jobs[2];
+    const int n = jobs_init(jobs, v, t, w, out);
+    lmn_status status = LMN_OK;
+    for (int k = 0; k < n && !status; k++) /* buffers, which are quick, without telling */
+        status = trace_parallel(&jobs[k], pool, k + 1 == n ? progress : NULL, progress_user, err);
+    return status;
 }

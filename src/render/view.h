@@ -44,6 +44,7 @@ struct trace_settings {
     enum sampler_kind sampler;
     enum filter_kind filter;
     float filter_radius, filter_stddev;
+    bool splats; /* a sample counts in all pixels whose filter it falls under; with groups never */
     uint64_t seed;
     uint32_t first_sample; /* number of the first of the spp samples: even; 0 but in passes */
     /* Photons for even and odd samples: caustics come from them. NULL: paths alone. */
@@ -54,7 +55,8 @@ void trace_settings_init(struct trace_settings *t, const struct scene *s);
 
 /* A window (x, y, width, height) of a picture of full_width x full_height pixels. A window's pixels
  * are the same bytes as those of the whole picture: filters are importance-sampled per pixel
- * (Ernst et al. 2006), never splatted. */
+ * (Ernst et al. 2006), or splatted in an order that windows do not change (film.h), where the
+ * pixels around a window are traced as well. */
 struct window {
     uint32_t full_width, full_height;
     uint32_t x, y, width, height;

@@ -94,6 +94,14 @@ static void profiles(void **state)
             float x = (float)(r * i / 50);
             assert_true(filter_eval(&c.filter, x) == filter_eval(&c.filter, -x));
         }
+        /* The table that splatting reads. */
+        for (int i = 0; i < 997; i++) {
+            float x = (float)(r * (1.2 * i / 997 - 0.1)), from = filter_weight(&c.filter, x);
+            if (filters[f].kind == FILTER_BOX ||
+                fabsf(from - filter_eval(&c.filter, x)) < 4e-5f * filter_eval(&c.filter, 0))
+                continue;
+            fail_msg("%s: weight %g at %g", filters[f].name, (double)from, (double)x);
+        }
     }
 }
 

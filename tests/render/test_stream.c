@@ -89,6 +89,11 @@ static void settings(void **state)
             t.filter = FILTER_GAUSSIAN;
             t.filter_radius = 2;
         }
+        if (i == 6) {
+            t.filter = FILTER_TENT;
+            t.filter_radius = 1;
+            t.splats = true;
+        }
         compare("all kinds", v, &t, 64, 48);
     }
     made_scene_free(m);

@@ -16,13 +16,15 @@ enum { WIDTH = 83, HEIGHT = 61 };
 /* ---- The same bytes -------------------------------------------------------------------------- */
 
 /* A filter wider than a pixel, packets that are not full, roulette. */
-static struct trace_settings busy_settings(const struct made_scene *m, enum sampler_kind sampler)
+static struct trace_settings busy_settings(const struct made_scene *m, enum sampler_kind sampler,
+                                           bool splats)
 {
     struct trace_settings t = made_settings(m, 6, 6);
     t.rr_depth = 2;
     t.sampler = sampler;
     t.filter = FILTER_GAUSSIAN;
     t.filter_radius = 2;
+    t.splats = splats;
     return t;
 }
 
@@ -33,8 +35,9 @@ static void windows_are_crops(void **state)
                                          {82, 60, 1, 1}, {17, 30, 13, 31}, {0, 31, 83, 2}};
     struct made_scene *m = made_all_kinds(WIDTH, HEIGHT);
     struct view *v = made_view(m);
-    for (int k = 0; k < 2; k++) {
-        struct trace_settings t = busy_settings(m, k ? SAMPLER_SOBOL : SAMPLER_INDEPENDENT);
+    for (int k = 0; k < 4; k++) {
+        struct trace_settings t = busy_settings(m, k & 1 ? SAMPLER_SOBOL : SAMPLER_INDEPENDENT,
+                                                k & 2);
         struct window all = picture_whole(WIDTH, HEIGHT);
         struct picture whole = picture_trace(view_trace, v, &t, &all);
         for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
@@ -50,12 +53,11 @@ static void windows_are_crops(void **state)
     made_scene_free(m);
 }
 
-static void threads_change_nothing(void **state)
+static void threads(bool splats)
 {
-    (void)state;
     struct made_scene *m = made_all_kinds(WIDTH, HEIGHT);
     struct view *v = made_view(m);
-    struct trace_settings t = busy_settings(m, SAMPLER_SOBOL);
+    struct trace_settings t = busy_settings(m, SAMPLER_SOBOL, splats);
     struct window w = picture_whole(WIDTH, HEIGHT);
     struct picture alone = picture_trace(view_trace, v, &t, &w);
     for (uint32_t n = 1; n <= 3; n++) {
@@ -73,13 +75,19 @@ static void threads_change_nothing(void **state)
     made_scene_free(m);
 }
 
-/* Leaving parts out changes nothing in the others, and seeds do. */
-static void parts_alone(void **state)
+static void threads_change_nothing(void **state)
 {
     (void)state;
+    threads(false);
+    threads(true);
+}
+
+/* Leaving parts out changes nothing in the others, and seeds do. */
+static void parts(bool splats)
+{
     struct made_scene *m = made_all_kinds(WIDTH, HEIGHT);
     struct view *v = made_view(m);
-    struct trace_settings t = busy_settings(m, SAMPLER_INDEPENDENT);
+    struct trace_settings t = busy_settings(m, SAMPLER_INDEPENDENT, splats);
     struct window w = picture_whole(WIDTH, HEIGHT);
     struct picture all = picture_trace(view_trace, v, &t, &w), p = picture_new(&w);
     struct trace_output color = {.color = p.color}, half = {.half_a = p.half_a},
@@ -99,6 +107,13 @@ static void parts_alone(void **state)
     made_scene_free(m);
 }
 
+static void parts_alone(void **state)
+{
+    (void)state;
+    parts(false);
+    parts(true);
+}
+
 /* ---- Half-buffers ---------------------------------------------------------------------------- */
 
 static void halves_make_the_whole(void **state)
@@ -106,7 +121,7 @@ static void halves_make_the_whole(void **state)
     (void)state;
     struct made_scene *m = made_all_kinds(WIDTH, HEIGHT);
     struct view *v = made_view(m);
-    struct trace_settings t = busy_settings(m, SAMPLER_SOBOL);
+    struct trace_settings t = busy_settings(m, SAMPLER_SOBOL, false);
     struct window w = picture_whole(WIDTH, HEIGHT);
     struct picture p = picture_trace(view_trace, v, &t, &w);
     for (size_t i = 0; i < 3 * p.n_pixels; i++) {

@@ -35,10 +35,17 @@ void blend_sample(const struct bsdf_point *p, struct vec3 wi, float u1, float u2
     child_init(&child, p, chosen, wi);
     u1 = chosen ? u1 / weight : (u1 - p->weight) / weight;
     *s = bsdf_sample(&child, wi, min_float(u1, 0x1.fffffep-1f), u2, v2);
+    if (!(s->pdf > 0.0f) || !(s->lobe & LOBE_SMOOTH) || weight == 1.0f) {
+        s->pdf *= weight;
+        return;
+    }
+    /* A black part draws directions, too; none that it does not say it would draw. */
+    struct vec3 unused;
+    if (vec3_is_zero(s->weight)) bsdf_eval(&child, wi, s->wo, &unused, &s->pdf);
+    if (!(s->pdf > 0.0f)) return;
     struct vec3 value = vec3_scale(s->weight, s->pdf * weight);
     s->pdf *= weight;
-    if (vec3_is_zero(s->weight) || !(s->lobe & LOBE_SMOOTH) || weight == 1.0f) return;
-    /* The other could have drawn this direction, too. */
+    /* The other could have drawn this direction as well. */
     struct vec3 other;
     float other_pdf;
     child_init(&child, p, !chosen, wi);

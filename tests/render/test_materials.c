@@ -71,6 +71,9 @@ static int describe(struct described *d)
                                 .loss = 1e-5};
     f = blend(blend(mirror, nothing, 0.4f), white, 0.5f);
     d[n++] = (struct described){"blend of a blend", f, .loss = 1e-5};
+    struct bsdf *black = put(BSDF_DIFFUSE);
+    black->reflectance = number(0.0f);
+    d[n++] = (struct described){"blend of black and white", blend(black, white, 0.6f), .loss = 0.4};
     d[n++] = (struct described){"blend of rough ones", blend(metal, white, 0.6f), .loss = 0.2};
     d[n++] = (struct described){"blend of glass", blend(glass, frost, 0.5f), .loss = 0.15,
                                 .has_back = true};

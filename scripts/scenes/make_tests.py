@@ -14,6 +14,7 @@ import zlib
 import tests_formats
 import tests_lights
 import tests_materials
+import tests_pictures
 
 HEAD = """<?xml version="1.0" encoding="utf-8"?>
 <!-- {what}. Made by scripts/scenes/make_tests.py. CC0. -->
@@ -515,6 +516,9 @@ def scenes():
     plain.update(tests_formats.scenes(sys.modules[__name__]))
     plain.update(tests_lights.scenes(sys.modules[__name__]))
     plain |= tests_materials.scenes(sys.modules[__name__])
+    plain.update(tests_pictures.scenes(sys.modules[__name__]))
+    plain |= {"ours/" + name: entry
+              for name, entry in tests_pictures.own_scenes(sys.modules[__name__]).items()}
     plain |= {"ours/" + name: (what, body.replace('value="textures/', 'value="../textures/'))
               for name, (what, body)
               in tests_materials.own_scenes(sys.modules[__name__]).items()}
@@ -683,6 +687,7 @@ def main():
     write_wave(folder / "meshes/wave.ply")
     (folder / "meshes/house.obj").write_text(HOUSE)
     tests_formats.write_files(sys.modules[__name__], folder)
+    tests_pictures.write_files(sys.modules[__name__], folder)
     for name, xml in scenes():
         (folder / f"{name}.xml").write_text(xml)
     print(f"{folder}: {len(list(folder.rglob('*.xml')))} scenes")

@@ -22,6 +22,8 @@ class Case:
     rr_depth: int = 5
     spp: int = 256
     seeds: int = 16
+    integrator: str = "path" # Mitsuba's
+    is_mixed: bool = False   # blends are given to Mitsuba as mixtures of old_plugins.py
 
 
 CAUSTIC = OUTSIDE / "official/sphere-caustic/scene.xml"
@@ -50,20 +52,29 @@ OUTSIDE_CASES = [
     Case("veach-mis", OUTSIDE / "bitterli/veach-mis/scene.xml", (), 128, 5),
     Case("staircase2", OUTSIDE / "bitterli/staircase2/scene.xml", (), 128, 9),
     Case("spaceship-1", SPACESHIP, (.5, .5, .9, .5, .4, .8, .8, .8), 128, 9),
+    Case("spaceship-3", SPACESHIP, (.43, 0., .9985, .5, .5, .5, .5, .5), 128, 9),
     Case("spaceship-2", SPACESHIP, (.3, .2, .95, .55, .3, .2, .9, .5), 128, 9),
 ]
 
 
+# Outside scenes with another sky, as the sky models differ (classroom.py).
+CLASSROOM_CASES = [
+    Case(f"classroom-{sky}", ROOT / f"build/peers/classroom-{sky}.xml", (), 128, 9)
+    for sky in ("constant", "envmap")]
+
 # Not for comparison: a sky by another model than Mitsuba's (docs/scene-format.md has how far they
-# are apart), and a light that its `path` does not see.
-OTHERS = ("sunsky", "directionalarea")
+# are apart). In ours/: textured roughness, which Mitsuba has not, and what no twin is needed for.
+OTHERS = ("sunsky", "ours/roughplastic_alpha", "ours/textures_of_0_6")
+SPECIAL = {"directionalarea": {"integrator": "ptracer"}, "ours/blendbsdf_delta": {"is_mixed": True}}
 
 
 def own_cases():
     """The small scenes of this project, at their default configuration."""
-    return [Case(path.stem, path, size=64) for path in sorted((ROOT / "scenes/tests").glob("*.xml"))
-            if path.stem not in OTHERS]
+    folder = ROOT / "scenes/tests"
+    names = sorted(str(path.relative_to(folder).with_suffix("")) for path in folder.rglob("*.xml"))
+    return [Case(name, folder / f"{name}.xml", size=64, **SPECIAL.get(name, {}))
+            for name in names if name not in OTHERS]
 
 
 def all_cases():
-    return own_cases() + DEMO_CASES + OUTSIDE_CASES
+    return own_cases() + DEMO_CASES + OUTSIDE_CASES + CLASSROOM_CASES

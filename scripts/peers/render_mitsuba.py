@@ -6,7 +6,7 @@ Writes OUT.a.exr and OUT.b.exr, two halves of the samples from different seeds (
 gives the noise of any tile), and OUT.exr, their mean. --time renders again and again and prints one
 JSON document with paths per second; the first run, which compiles, does not count.
 
-Needs `make peers` and is run by .venv/bin/python. As a module: use(), load(), render(), bounds().
+Needs `make peers` and is run by .venv/bin/python. As a module: use(), load(), load_case(), render(), bounds().
 """
 import argparse
 import glob
@@ -20,6 +20,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 
 import freeze
+import old_plugins
 
 MAX_PATHS = 1 << 21  # of one pass: bounds the memory of the LLVM variant
 
@@ -90,6 +91,20 @@ def as_new(text):
 def load(mi, text, size, settings):
     """(scene, integrator) of frozen XML text."""
     return mi.load_string(with_film_size(as_new(text), size)), mi.load_dict({"type": "path", **settings})
+
+
+def load_case(mi, case):
+    """(scene, integrator) of a case of cases.py."""
+    if case.name.startswith("ours/"):
+        old_plugins.register(mi)
+    settings = {"max_depth": case.max_depth, "rr_depth": case.rr_depth, "hide_emitters": False}
+    text = freeze_with_bounds(mi, str(case.scene), case.u or None)
+    if case.is_mixed:
+        text = old_plugins.as_mixtures(text)
+    scene, integrator = load(mi, text, (case.size, case.size), settings)
+    if case.integrator != "path":
+        integrator = mi.load_dict({**settings, "type": case.integrator})
+    return scene, integrator
 
 
 def bounds(mi, text):

@@ -28,9 +28,7 @@ def rounded(values):
 
 
 def reference(mi, case, where):
-    settings = {"max_depth": case.max_depth, "rr_depth": case.rr_depth, "hide_emitters": False}
-    text = render_mitsuba.freeze_with_bounds(mi, str(case.scene), case.u or None)
-    scene, integrator = render_mitsuba.load(mi, text, (case.size, case.size), settings)
+    scene, integrator = render_mitsuba.load_case(mi, case)
     means = np.array([tiles.tile_means(render_mitsuba.render(mi, scene, integrator, case.spp, seed))
                       for seed in range(case.seeds)])
     return {**where, "u": list(case.u), "peer": f"Mitsuba {mi.__version__} {mi.variant()}",
@@ -45,7 +43,7 @@ def main():
     folder.mkdir(parents=True, exist_ok=True)
     mi = render_mitsuba.use("llvm_ad_rgb")
     small = {"size": SIZE, "seeds": SEEDS}
-    for case in cases.all_cases():
+    for case in cases.own_cases() + cases.DEMO_CASES + cases.OUTSIDE_CASES:
         if sys.argv[2:] and case.name not in sys.argv[2:]:
             continue
         if not case.scene.exists():
@@ -58,8 +56,9 @@ def main():
         spp = OWN_SPP if "scene" in where else SPP
         result = reference(mi, dataclasses.replace(case, **{**small, "spp": spp}), where)
         lines = [f' {json.dumps(k)}: {json.dumps(v)}' for k, v in result.items()]
-        (folder / f"{case.name}.json").write_text("{\n" + ",\n".join(lines) + "\n}\n")
-        print(f"{folder.name}/{case.name}.json")
+        name = case.name.replace("/", "_")
+        (folder / f"{name}.json").write_text("{\n" + ",\n".join(lines) + "\n}\n")
+        print(f"{folder.name}/{name}.json")
 
 
 if __name__ == "__main__":

@@ -101,6 +101,9 @@ LMN_API float *lmn_image_data(lmn_image *image);
 LMN_API lmn_status lmn_image_set_attribute(lmn_context *context, lmn_image *image, const char *name,
                                            const char *value);
 
+/* The value of a text attribute, which belongs to the image; NULL when there is none. */
+LMN_API const char *lmn_image_attribute(const lmn_image *image, const char *name);
+
 /* EXR, PNG, JPEG, PFM, Radiance HDR, TGA, BMP; by content. Files of 8 and 16 bits come back as
  * linear radiance (sRGB decoded). */
 LMN_API lmn_status lmn_image_load(lmn_context *context, const char *path, lmn_image **out);
@@ -214,13 +217,18 @@ typedef struct lmn_trace_options {
         half_buffers;    /* 1: append "a.R".. and "b.R"..: two independent halves of the samples */
     const char *sampler; /* NULL: the scene's; "independent" or "sobol" */
     const char *mis;     /* NULL: "power"; or "balance" */
-    /* NULL: "path"; or "path+photons": caustics by photons, gathered within a radius that shrinks
-     * with spp (biased by it, right in the limit); spp is then rounded up to even. */
+    /* "path"; "path+photons": caustics by photons, gathered within a radius that shrinks with spp
+     * (biased by it, right in the limit), spp is then rounded up to even; "auto": photons where the
+     * configuration holds caustics that paths hardly find. NULL: the scene's, else "auto". What was
+     * used is the image's attribute "integrator". */
     const char *integrator;
-    /* 1: append the light of each emitter, "NAME.R".., named as its parameters are. The sum over
-     * all, in the order of channels, is colour exactly: weigh it and lights are dimmed and coloured
-     * without tracing again. Not with photons. */
+    /* 1: append the light of each group of emitters, "NAME.R"... An emitter that the scene puts in
+     * no group ("light_group") is one by itself, named as its parameters are. The sum over all, in
+     * the order of channels, is colour exactly: weigh it and lights are dimmed and coloured without
+     * tracing again. */
     uint32_t light_groups;
+    /* The same with groups of one's own: "ceiling=lamp_1,lamp_2;outside=sky"; or NULL. */
+    const char *light_group_names;
 } lmn_trace_options;
 
 /* Path-traces one configuration. values: n_variables doubles, NULL for the defaults. options may be

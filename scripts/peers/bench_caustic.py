@@ -67,12 +67,12 @@ def main():
     print(f"{'alpha':>6} {'integrator':<16}{'spp':>5}{'relMSE':>10}{'s':>8}{'relMSE s':>11}{'ratio':>8}")
     for alpha in map(float, args.alpha.split(",")):
         reference, _ = ours(mi, out, alpha, "--crop", f"{X},{Y},{WIDTH},{HEIGHT}", "--spp", "65536",
-                            "--seed", "99")
+                            "--seed", "99", "--integrator", "path")
         peer = mitsuba(mi, out, alpha)
         runs = {
             "mitsuba path": (128, lambda spp, seed: peer(spp, seed)),
             "path": (128, lambda spp, seed: ours(mi, out, alpha, "--spp", str(spp), "--seed",
-                                                 str(seed))),
+                                                 str(seed), "--integrator", "path")),
             "path+photons": (64, lambda spp, seed: ours(mi, out, alpha, "--spp", str(spp), "--seed",
                                                         str(seed), "--integrator", "path+photons")),
         }

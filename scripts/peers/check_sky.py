@@ -66,7 +66,7 @@ def main():
                     path.write_text(text)
                     subprocess.run([cases.ROOT / "build/release/lumenaut", "trace", path, "-o", out,
                                     "--size", f"{SIZE}x{SIZE}", "--spp", str(SPP), "--max-depth",
-                                    "2"], check=True, capture_output=True)
+                                    "2", "--integrator", "path"], check=True, capture_output=True)
                     ours = np.array(mi.Bitmap(str(out)))[..., :3].mean(axis=(0, 1))
                     scene, integrator = render_mitsuba.load(mi, text, (SIZE, SIZE), settings)
                     theirs = render_mitsuba.render(mi, scene, integrator, SPP, 0)

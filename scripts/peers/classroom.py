@@ -38,7 +38,7 @@ def look(mi, emitter, forward, up, folder):
     scene, out = folder / "eye.xml", folder / "eye.exr"
     scene.write_text(EYE.format(forward=f"{forward}"[1:-1], up=f"{up}"[1:-1], emitter=emitter))
     subprocess.run([LUMENAUT, "trace", scene, "-o", out, "-q", "--size", f"{FACE}x{FACE}", "--spp",
-                    "16", "--max-depth", "2"], check=True)
+                    "16", "--max-depth", "2", "--integrator", "path"], check=True)
     return np.array(mi.Bitmap(str(out)))[..., :3]
 
 

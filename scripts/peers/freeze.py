@@ -28,7 +28,7 @@ RULES = ("num_parameters", "min_bounds", "range_bounds", "rotation_axis", "min_a
 VARIABLE_TAGS = ("sensor", "shape", "emitter", "bsdf")
 # Properties of renderers of the time that Mitsuba 3 refuses.
 FOREIGN = ("samples_per_pass", "high_quality_edges", "ext_eta", "high_quality", "extEta",
-           "strictNormals")
+           "strictNormals", "light_group")
 
 
 def numbers(text):

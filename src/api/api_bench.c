@@ -101,7 +101,8 @@ static lmn_status bench_scene(lmn_context *context, const struct bench_options *
                                  .has_max_depth = o->max_depth != SCENE_NONE,
                                  .has_rr_depth = o->rr_depth != SCENE_NONE,
                                  .max_depth = o->max_depth,
-                                 .rr_depth = o->rr_depth};
+                                 .rr_depth = o->rr_depth,
+                                 .integrator = "path"};
     TRY(time_pictures(context, scene, &t, o->runs, times, index * (o->runs + 1.0),
                       o->n_files * (o->runs + 1.0), err));
     const double render_s = bench_median(times, o->runs);

@@ -69,6 +69,14 @@ lmn_status lmn_image_set_attribute(lmn_context *context, lmn_image *image, const
     return image_set_attribute(&image->image, name, value, context_begin(context));
 }
 
+const char *lmn_image_attribute(const lmn_image *image, const char *name)
+{
+    for (uint32_t i = 0; i < image->image.n_attributes; i++)
+        if (strcmp(image->image.attributes[i].name, name) == 0)
+            return image->image.attributes[i].value;
+    return NULL;
+}
+
 lmn_status lmn_image_load(lmn_context *context, const char *path, lmn_image **out)
 {
     lmn_status status = LMN_OK;

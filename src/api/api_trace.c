@@ -6,7 +6,8 @@
 
 #include "base/clock.h"
 #include "base/mem.h"
-#include "render/view.h"
+#include "render/photon.h"
+#include "scene/light_groups.h"
 
 lmn_status scene_window(const lmn_scene *scene, const uint32_t size[2], const uint32_t crop[4],
                         struct window *out, struct error *err)
@@ -57,49 +58,62 @@ done:
     return status;
 }
 
-static lmn_status choose(const char *what, const char *word, const char *const names[2],
+static lmn_status choose(const char *what, const char *word, const char *const *names, uint32_t n,
                          uint32_t *out, struct error *err)
 {
-    for (uint32_t i = 0; i < 2; i++) {
+    for (uint32_t i = 0; i < n; i++) {
         if (strcmp(word, names[i]) == 0) {
             *out = i;
             return LMN_OK;
         }
     }
-    return fail(err, LMN_ERR_ARGUMENT, "%s \"%s\": %s or %s", what, word, names[0], names[1]);
+    return fail(err, LMN_ERR_ARGUMENT, "%s \"%s\": %s%s%s or %s", what, word, n > 2 ? names[0] : "",
+                n > 2 ? ", " : "", names[n - 2], names[n - 1]);
 }
 
 static lmn_status read_settings(const lmn_scene *scene, const lmn_trace_options *o,
-                                struct trace_settings *t, bool *has_photons, struct error *err)
+                                struct trace_settings *t, struct error *err)
 {
     static const char *const samplers[2] = {"independent", "sobol"};
     static const char *const weights[2] = {"power", "balance"};
-    static const char *const integrators[2] = {"path", "path+photons"};
     lmn_status status = LMN_OK;
     uint32_t choice = 0;
     trace_settings_init(t, scene->scene);
     t->splats = true;
     if (o->spp) t->spp = o->spp;
-    if (o->integrator) TRY(choose("integrator", o->integrator, integrators, &choice, err));
-    *has_photons = choice == 1;
-    if ((o->half_buffers || *has_photons) && t->spp < UINT32_MAX) t->spp += t->spp % 2;
     if (o->has_max_depth) t->max_depth = o->max_depth;
     if (o->has_rr_depth) t->rr_depth = o->rr_depth;
     t->seed = o->seed;
     if (o->sampler) {
-        TRY(choose("sampler", o->sampler, samplers, &choice, err));
+        TRY(choose("sampler", o->sampler, samplers, 2, &choice, err));
         t->sampler = choice ? SAMPLER_SOBOL : SAMPLER_INDEPENDENT;
     }
     if (o->mis) {
-        TRY(choose("mis", o->mis, weights, &choice, err));
+        TRY(choose("mis", o->mis, weights, 2, &choice, err));
         t->mis = choice ? MIS_BALANCE : MIS_POWER;
     }
-    if (*has_photons && o->light_groups)
-        status = fail(err, LMN_ERR_ARGUMENT, "light groups: not with the integrator path+photons");
     if (t->max_depth < -1)
         status = fail(err, LMN_ERR_ARGUMENT, "max_depth %d: at least -1", t->max_depth);
     if (t->rr_depth < 1)
         status = fail(err, LMN_ERR_ARGUMENT, "rr_depth %d: at least 1", t->rr_depth);
+done:
+    return status;
+}
+
+static const char *const integrators[3] = {"auto", "path", "path+photons"};
+
+/* What was asked for, else what the scene asks for; auto looks at the view. */
+static lmn_status choose_integrator(const lmn_context *context, const lmn_scene *scene,
+                                    const lmn_trace_options *o, struct trace_settings *t,
+                                    bool *has_photons, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    uint32_t choice = scene->scene->settings.integrator;
+    if (o->integrator) TRY(choose("integrator", o->integrator, integrators, 3, &choice, err));
+    *has_photons = choice == INTEGRATOR_PHOTONS;
+    if (choice == INTEGRATOR_AUTO)
+        TRY(view_wants_photons(scene->cache->view, context->pool, t, has_photons, err));
+    if ((o->half_buffers || *has_photons) && t->spp < UINT32_MAX) t->spp += t->spp % 2;
 done:
     return status;
 }
@@ -156,34 +170,22 @@ static lmn_status add_plane(struct planes *p, const struct window *w, uint32_t n
     return add_planes(p, w, 1, n_channels, out, err);
 }
 
-/* "lamp" of "lamp.scale", the first parameter of an emitter; nothing is longer than its path. */
-static void name_group(struct str *text, const struct scene *s, uint32_t emitter)
-{
-    for (uint32_t i = 0; i < s->n_params; i++) {
-        const struct param *p = &s->params[i];
-        const char *dot = strrchr(p->path, '.');
-        if (p->array != STATE_EMITTERS || p->index != emitter || !dot) continue;
-        str_add(text, "%.*s", (int)(dot - p->path), p->path);
-        return;
-    }
-    str_add(text, "emitter_%u", emitter);
-}
-
-static lmn_status add_groups(struct planes *p, const struct scene *s, const struct window *w,
-                             float **out, struct error *err)
+static lmn_status add_groups(struct planes *p, const struct light_groups *g, const struct window *w,
+                             struct trace_output *out, struct error *err)
 {
     static const char *const suffix[3] = {".R", ".G", ".B"};
     lmn_status status = LMN_OK;
-    size_t *starts = mem_new(3 * (size_t)s->n_emitters, sizeof *starts);
-    TRY(add_planes(p, w, s->n_emitters, 3, out, err));
-    for (uint32_t i = 0; starts && i < 3 * s->n_emitters; i++) {
+    size_t *starts = mem_new(3 * (size_t)g->n, sizeof *starts);
+    TRY(add_planes(p, w, g->n, 3, &out->groups, err));
+    out->n_groups = g->n;
+    out->group_of = g->of;
+    for (uint32_t i = 0; starts && i < 3 * g->n; i++) {
         starts[i] = p->text.length;
-        name_group(&p->text, s, i / 3);
-        str_add(&p->text, "%s", suffix[i % 3]);
+        str_add(&p->text, "%s%s", g->names[i / 3], suffix[i % 3]);
         str_add_bytes(&p->text, "", 1); /* the end of a name */
     }
     if (!starts || p->text.failed) status = fail_memory(err, "the picture");
-    for (uint32_t i = 0; !status && i < 3 * s->n_emitters; i++)
+    for (uint32_t i = 0; !status && i < 3 * g->n; i++)
         p->names[p->n_names++] = p->text.text + starts[i];
 done:
     mem_free(starts);
@@ -217,15 +219,17 @@ lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const d
     struct window window;
     struct planes planes = {0};
     struct image image = {0};
+    struct light_groups groups = {0};
     bool has_photons;
     *out = NULL;
     TRY(options_copy("lmn_trace_options", options, &o, sizeof o, err));
     TRY(scene_window(scene, (uint32_t[2]){o.width, o.height},
                      (uint32_t[4]){o.crop_x, o.crop_y, o.crop_width, o.crop_height}, &window, err));
-    TRY(read_settings(scene, &o, &settings, &has_photons, err));
+    TRY(read_settings(scene, &o, &settings, err));
     TRY(scene_units(scene, values, scene->cache->u, err));
-    const uint32_t n_groups = o.light_groups ? scene->scene->n_emitters : 0;
-    TRY(planes_init(&planes, n_groups, err));
+    if (o.light_groups || o.light_group_names)
+        TRY(light_groups_init(&groups, scene->scene, o.light_group_names, err));
+    TRY(planes_init(&planes, groups.n, err));
     TRY(add_plane(&planes, &window, 3, colour, &output.color, err));
     if (o.half_buffers) {
         TRY(add_plane(&planes, &window, 3, half_a, &output.half_a, err));
@@ -234,19 +238,23 @@ lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const d
     if (o.buffers)
         TRY(add_plane(&planes, &window, BUFFER_CHANNELS, buffer_channel_names, &output.buffers,
                       err));
-    if (n_groups) TRY(add_groups(&planes, scene->scene, &window, &output.groups, err));
+    if (groups.n) TRY(add_groups(&planes, &groups, &window, &output, err));
     TRY(image_init(&image, window.width, window.height, planes.n_names, planes.names, err));
     TRY(scene_view(scene, err));
     view_set(scene->cache->view, scene->cache->u);
     const double start_s = clock_wall_s();
+    TRY(choose_integrator(context, scene, &o, &settings, &has_photons, err));
     TRY((has_photons ? view_trace_photons : view_trace_parallel)(
         scene->cache->view, context->pool, &settings, &window, &output, context->progress,
         context->progress_user, err));
     if (render_s) *render_s = clock_wall_s() - start_s;
     interleave(&planes, &image);
     TRY(describe_image(&image, scene, scene->cache->u, settings.seed, settings.spp, err));
+    TRY(image_set_attribute(&image, "integrator",
+                            integrators[has_photons ? INTEGRATOR_PHOTONS : INTEGRATOR_PATH], err));
     TRY(image_handle(&image, out, err));
 done:
+    light_groups_release(&groups);
     planes_release(&planes);
     image_release(&image);
     return status;

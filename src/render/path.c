@@ -101,7 +101,9 @@ struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
         bsdf_point_init(&bsdf, v->materials, material, &v->textures, &at);
         bool is_caster = photons && photon_is_caster(&bsdf);
         if (photons && !is_caster) {
-            struct vec3 caustic = photon_map_gather(photons, &s, &bsdf, t->max_depth - depth - 2);
+            const struct photon_receiver at_s = {
+                .p = s.p, .n = s.n, .frame = s.frame, .wi = s.wi, .bsdf = &bsdf};
+            struct vec3 caustic = photon_map_gather(photons, &at_s, t->max_depth - depth - 2, NULL);
             p.radiance = vec3_add(p.radiance, vec3_mul(p.throughput, caustic));
         }
         sampler_skip_to(sampler, path_dimension(depth));

@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include "base/mem.h"
-#include "render/surface.h"
 
 lmn_status photon_map_new(uint32_t n_emitted, struct photon_map **out, struct error *err)
 {
@@ -33,6 +32,12 @@ void photon_map_free(struct photon_map *m)
     mem_free(m->landed);
     mem_free(m->first);
     mem_free(m);
+}
+
+uint64_t photon_map_memory(const struct photon_map *m)
+{
+    return sizeof *m + 2 * (uint64_t)m->n_emitted * sizeof *m->photons +
+           ((uint64_t)m->n_cells + 1) * sizeof *m->first;
 }
 
 /* ---- Grid ------------------------------------------------------------------------------------ */
@@ -87,6 +92,7 @@ static uint32_t buckets_around(const struct photon_map *m, struct vec3 p, uint32
     for (int32_t k = 0; k < 8; k++) {
         struct cell near = {c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2)};
         uint32_t bucket = bucket_of(m, near), j = 0;
+        if (m->first[bucket] == m->first[bucket + 1]) continue;
         while (j < n && buckets[j] != bucket) j++;
         if (j == n) buckets[n++] = bucket;
     }
@@ -127,23 +133,52 @@ float photon_map_typical_radius(struct photon_map *m, float scene_radius)
 
 /* ---- Gathering ------------------------------------------------------------------------------- */
 
-struct vec3 photon_map_gather(const struct photon_map *m, const struct surface *s,
-                              const struct bsdf_point *b, int32_t max_casters)
+/* The part of a photon's power that is seen: photons lie by geometric area, values have the shading
+ * cosine. */
+static struct vec3 seen(const struct photon_receiver *r, const struct photon *a)
+{
+    float cosine = fabsf(vec3_dot(a->wo, r->n));
+    if (!(cosine > 1e-4f)) return vec3_splat(0.0f);
+    if (!r->bsdf) {
+        float up = vec3_dot(a->wo, r->frame.n) * r->side;
+        return vec3_scale(a->power, up > 0.0f ? up / cosine : 0.0f);
+    }
+    struct vec3 value;
+    float pdf;
+    bsdf_eval(r->bsdf, r->wi, frame_to_local(&r->frame, a->wo), &value, &pdf);
+    return vec3_scale(vec3_mul(value, a->power), 1.0f / cosine);
+}
+
+static void add_to_group(const struct photon_split *split, const struct photon *a,
+                         struct vec3 light)
+{
+    struct vec3 value = vec3_mul(light, split->throughput);
+    if (!vec3_is_finite(value)) return;
+    float *to = split->to + split->group_of[a->emitter] * split->stride;
+    to[0] += value.x;
+    to[1] += value.y;
+    to[2] += value.z;
+}
+
+struct vec3 photon_map_gather(const struct photon_map *m, const struct photon_receiver *r,
+                              int32_t max_casters, const struct photon_split *split)
 {
     struct vec3 sum = {0};
     if (m->n == 0 || max_casters == 0) return sum;
-    uint32_t buckets[8], n_buckets = buckets_around(m, s->p, buckets);
+    if (!r->bsdf && !(r->wi.z * r->side > 0.0f)) return sum;
+    uint32_t most = max_casters > 0 ? (uint32_t)max_casters : UINT32_MAX;
+    struct vec3 scale = vec3_splat(MATH_INV_PI / (m->radius * m->radius));
+    if (!r->bsdf) scale = vec3_scale(vec3_mul(scale, r->reflectance), MATH_INV_PI);
+    uint32_t buckets[8], n_buckets = buckets_around(m, r->p, buckets);
     for (uint32_t i = 0; i < n_buckets; i++) {
-        for (uint32_t k = m->first[buckets[i]]; k < m->first[buckets[i] + 1]; k++) {
+        uint32_t end = m->first[buckets[i] + 1];
+        for (uint32_t k = m->first[buckets[i]]; k < end; k++) {
             const struct photon *a = &m->photons[k];
-            if (!is_near(a, s->p, s->n, m->radius)) continue;
-            if (max_casters > 0 && a->n_casters > (uint32_t)max_casters) continue;
-            struct vec3 value;
-            float pdf, cosine = fabsf(vec3_dot(a->wo, s->n));
-            bsdf_eval(b, s->wi, frame_to_local(&s->frame, a->wo), &value, &pdf);
-            if (cosine > 1e-4f) /* photons lie by geometric area, values have the shading cosine */
-                sum = vec3_madd(sum, vec3_mul(value, a->power), 1.0f / cosine);
+            if (!is_near(a, r->p, r->n, m->radius) || a->n_casters > most) continue;
+            struct vec3 light = seen(r, a);
+            sum = vec3_add(sum, light);
+            if (split) add_to_group(split, a, vec3_mul(light, scale));
         }
     }
-    return vec3_scale(sum, MATH_INV_PI / (m->radius * m->radius));
+    return vec3_mul(sum, scale);
 }

@@ -6,7 +6,6 @@
 #include "render/view.h"
 
 struct pool;
-struct surface;
 
 /*
  * Caustics by photons (Jensen 1996), with a radius that shrinks from pass to pass so that the
@@ -41,10 +40,12 @@ static inline uint32_t photon_path_after(uint32_t met, bool is_caster, uint32_t 
 
 struct photon {
     struct vec3 p;
-    struct vec3 wo;     /* unit, to where it came from */
     struct vec3 n;      /* of the surface, geometric */
+    struct vec3 wo;     /* unit, to where it came from */
     struct vec3 power;  /* its share of the flux */
     uint32_t n_casters; /* met on the way, at least 1 */
+    uint32_t emitter;   /* where it comes from, into state->emitters */
+    float peak;         /* what a path has found that finds it by chance: view_wants_photons() */
 };
 
 /* Photons of one pass, in a hashed grid. */
@@ -58,8 +59,10 @@ struct photon_map {
 
 lmn_status photon_map_new(uint32_t n_emitted, struct photon_map **out, struct error *err);
 void photon_map_free(struct photon_map *m);
+uint64_t photon_map_memory(const struct photon_map *m);
 
-/* Emits and traces photons, keyed by `key`, with all workers of the pool. */
+/* Emits and traces photons, keyed by `key`, with all workers of the pool; on the calling thread
+ * when that is NULL. */
 void photon_map_trace(struct photon_map *m, const struct view *v, struct pool *pool,
                       const struct trace_settings *t, uint64_t key);
 
@@ -70,9 +73,44 @@ void photon_map_build(struct photon_map *m, float radius);
  * for a radius of its own. */
 float photon_map_typical_radius(struct photon_map *m, float scene_radius);
 
-/* Caustic light that the surface sends to where it is seen from; photons that met more than
- * `max_casters` casters do not count (negative: all do). */
-struct vec3 photon_map_gather(const struct photon_map *m, const struct surface *s,
-                              const struct bsdf_point *b, int32_t max_casters);
+/* A point that may receive caustics. */
+struct photon_receiver {
+    struct vec3 p, n;   /* n: geometric normal */
+    struct frame frame; /* of shading */
+    struct vec3 wi;     /* to where it is seen from, in that frame */
+    /* Its material; NULL: Lambert's law of this reflectance on one side of the shading normal, 1 or
+     * -1. */
+    const struct bsdf_point *bsdf;
+    struct vec3 reflectance;
+    float side;
+};
+
+/* Sums by light group: the light of each photon times `throughput` goes to the group of its
+ * emitter. */
+struct photon_split {
+    float *to; /* of group 0 */
+    size_t stride;
+    const uint32_t *group_of; /* [n_emitters] */
+    struct vec3 throughput;
+};
+
+/* Caustic light that the point sends to where it is seen from; photons that met more than
+ * `max_casters` casters do not count (negative: all do). split may be NULL. */
+struct vec3 photon_map_gather(const struct photon_map *m, const struct photon_receiver *r,
+                              int32_t max_casters, const struct photon_split *split);
+
+/* What tracing in passes needs beside a view: two maps of n_photons, and a pass's part of what is
+ * wanted. For windows of at most `n_pixels` pixels, and the same outputs as `wanted` has. */
+struct photon_passes;
+lmn_status photon_passes_new(uint32_t n_photons, size_t n_pixels, const struct trace_output *wanted,
+                             struct photon_passes **out, struct error *err);
+void photon_passes_free(struct photon_passes *p);
+uint64_t photon_passes_memory(const struct photon_passes *p);
+
+/* As view_trace_photons(); on the calling thread when pool is NULL, then it cannot fail. */
+lmn_status photon_passes_trace(struct photon_passes *p, const struct view *v, struct pool *pool,
+                               const struct trace_settings *t, const struct window *w,
+                               struct trace_output *out, lmn_progress_fn *progress,
+                               void *progress_user, struct error *err);
 
 #endif

@@ -68,7 +68,7 @@ static void add_radiance(struct stream *s, uint32_t i, uint32_t emitter, struct 
     uint32_t path = s->path[i];
     lanes3_set(&s->radiance, path, vec3_add(lanes3_get(&s->radiance, path), value));
     if (!s->groups || !vec3_is_finite(value)) return;
-    float *to = s->groups + emitter * s->group_stride + s->place[path];
+    float *to = s->groups + s->group_of[emitter] * s->group_stride + s->place[path];
     to[0] += value.x;
     to[1] += value.y;
     to[2] += value.z;
@@ -234,20 +234,33 @@ static const struct photon_map *lane_photons(const struct stream *s, const struc
 }
 
 /* Adds caustics, where the surface receives them. */
-static void gather(struct stream *s, const struct trace_settings *t, uint32_t i, int32_t depth)
+static void gather(struct stream *s, const struct view *v, const struct trace_settings *t,
+                   uint32_t i, int32_t depth)
 {
     const struct bsdf_point *b = &s->bsdf[i];
-    s->is_caster[i] = photon_is_caster(b);
+    const bool is_plain = v->materials[v->state.shape_bsdfs[s->shape[i]->index]].is_plain;
+    const bool is_diffuse = is_plain || bsdf_is_diffuse(b);
+    uint32_t path = s->path[i];
+    s->is_caster[i] = !is_diffuse && photon_is_caster(b);
     if (s->is_caster[i]) return;
-    const struct surface surface = {.p = lanes3_get(&s->p, i),
-                                    .n = lanes3_get(&s->normal, i),
-                                    .frame = {lanes3_get(&s->frame_s, i),
-                                              lanes3_get(&s->frame_t, i),
-                                              lanes3_get(&s->frame_n, i)},
-                                    .wi = lanes3_get(&s->wi, i)};
-    struct vec3 caustic = photon_map_gather(lane_photons(s, t, i), &surface, b,
-                                            t->max_depth - depth - 2);
-    add_radiance(s, i, 0, vec3_mul(lanes3_get(&s->throughput, i), caustic)); /* never in groups */
+    if (is_diffuse) s->met[i] = PATH_RECEIVER; /* where the path has been is told already */
+    const struct photon_receiver at = {.p = lanes3_get(&s->p, i),
+                                       .n = lanes3_get(&s->normal, i),
+                                       .frame = {lanes3_get(&s->frame_s, i),
+                                                 lanes3_get(&s->frame_t, i),
+                                                 lanes3_get(&s->frame_n, i)},
+                                       .wi = lanes3_get(&s->wi, i),
+                                       .bsdf = is_diffuse ? NULL : b,
+                                       .reflectance = lanes3_get(&s->reflectance, i),
+                                       .side = s->bsdf_side[i]};
+    const struct photon_split split = {.to = s->groups ? s->groups + s->place[path] : NULL,
+                                       .stride = s->group_stride,
+                                       .group_of = s->group_of,
+                                       .throughput = lanes3_get(&s->throughput, i)};
+    struct vec3 caustic = photon_map_gather(lane_photons(s, t, i), &at, t->max_depth - depth - 2,
+                                            s->groups ? &split : NULL);
+    caustic = vec3_mul(split.throughput, caustic);
+    lanes3_set(&s->radiance, path, vec3_add(lanes3_get(&s->radiance, path), caustic));
 }
 
 /* Adds what shines at the ends of the rays and works out the points there. False when no path goes
@@ -278,9 +291,8 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
         if (v->materials[bsdf].has_direction) turn_frame(s, i);
         if (shape->emitter != SCENE_NONE && shows_emitters && s->met[i] != PATH_CAUSTIC)
             emit(s, v, t, i);
-        if (!is_last && (has_photons || !v->materials[bsdf].is_plain))
-            look_up_material(s, v, i, bsdf);
-        if (!is_last && has_photons) gather(s, t, i, depth);
+        if (!is_last && !v->materials[bsdf].is_plain) look_up_material(s, v, i, bsdf);
+        if (!is_last && has_photons) gather(s, v, t, i, depth);
     }
     return !is_last;
 }
@@ -372,8 +384,6 @@ static void scatter(struct stream *s, const struct view *v, const struct trace_s
         s->wo_is_delta[i] = (b.lobe & LOBE_DELTA) != 0;
         if (t->photons[0]) s->met[i] = photon_path_after(s->met[i], s->is_caster[i], b.lobe);
     }
-    for (uint32_t i = 0; t->photons[0] && i < s->n; i++)
-        if (s->is_alive[i] && bsdf_is_diffuse(&s->bsdf[i])) s->met[i] = PATH_RECEIVER;
     v->world->kernels->scatter(s, depth + 1 >= t->rr_depth ? 0.0f : 1.0f);
     /* The last ray of a path can only add what it hits emits: where that is nothing for sure, it
      * need not be cast. */

@@ -101,9 +101,10 @@ struct stream {
 
     struct lanes3 radiance; /* the result, by number of path */
 
-    /* Sums by emitter, where they are wanted: of path k at groups + emitter * group_stride +
+    /* Sums by light group, where they are wanted: of path k at groups + group * group_stride +
      * place[k]. */
     float *groups;
+    const uint32_t *group_of; /* [n_emitters] */
     size_t group_stride, place[STREAM_SIZE];
 };
 

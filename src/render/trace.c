@@ -140,13 +140,12 @@ static size_t pixel_of(const struct job *j, const struct tile *tile, uint32_t i)
     return (size_t)(y + i / tile->width) * j->window.width + x + i % tile->width;
 }
 
-/* Turns sums by emitter into means, and their sum into the pixel's colour. */
+/* Turns sums by group into means, and their sum into the pixel's colour. */
 static void store_groups(const struct job *j, size_t pixel, float scale)
 {
-    uint32_t n_groups = j->view->world->scene->n_emitters;
     float *color = j->out.color ? j->out.color + 3 * pixel : NULL;
     for (int c = 0; color && c < 3; c++) color[c] = 0.0f;
-    for (uint32_t g = 0; g < n_groups; g++) {
+    for (uint32_t g = 0; g < j->out.n_groups; g++) {
         float *group = j->out.groups + g * group_stride(j) + 3 * pixel;
         for (int c = 0; c < 3; c++) {
             group[c] *= scale;
@@ -210,6 +209,7 @@ static void trace_tile(const struct job *j, struct tile *tile)
     struct origin origins[STREAM_SIZE];
     stream.n = 0;
     stream.groups = j->out.groups;
+    stream.group_of = j->out.group_of;
     stream.group_stride = group_stride(j);
     for (uint32_t pixel = 0; pixel < tile->width * tile->height; pixel++) {
         for (uint32_t i = 0; i < j->settings.spp; i++) {

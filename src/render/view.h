@@ -89,9 +89,11 @@ struct trace_output {
     float *color;           /* [height][width][3], mean of all samples: radiance */
     float *half_a, *half_b; /* the same from the even and the odd samples */
     float *buffers;         /* [height][width][BUFFER_CHANNELS] */
-    /* [n_emitters][height][width][3], zeroed by the caller: the part of colour that comes from each
-     * emitter of the scene; their sum, in this order, is colour exactly. Not with photons. */
+    /* [n_groups][height][width][3], zeroed by the caller: the part of colour that comes from each
+     * group of emitters; their sum, in this order, is colour exactly. group_of: [n_emitters]. */
     float *groups;
+    uint32_t n_groups;
+    const uint32_t *group_of;
 };
 
 /* Traces a window on the calling thread. The picture is a function of (state, settings, pixel). */
@@ -115,6 +117,11 @@ lmn_status view_trace_parallel(const struct view *v, struct pool *pool,
                                const struct trace_settings *t, const struct window *w,
                                struct trace_output *out, lmn_progress_fn *progress,
                                void *progress_user, struct error *err);
+
+/* Whether the configuration holds caustics that path tracing samples hopelessly and photons bring
+ * (photon_choice.c has the rule): a function of the view and the settings' depth alone. */
+lmn_status view_wants_photons(const struct view *v, struct pool *pool,
+                              const struct trace_settings *t, bool *out, struct error *err);
 
 const char *embree_version(void);
 

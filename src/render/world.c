@@ -71,6 +71,22 @@ static float flat_side(const struct mesh *m)
     return sides[0] - sides[1];
 }
 
+/* How far a shape reaches from the middle of its bounds. */
+static float reach_of(const struct world_shape *shape)
+{
+    struct vec3 size = vec3_sub(shape->bounds.max, shape->bounds.min);
+    struct vec3 middle = vec3_scale(vec3_add(shape->bounds.min, shape->bounds.max), 0.5f);
+    float corner = 0.5f * vec3_length(size), reach2 = 0.0f;
+    if (shape->kind == SHAPE_SPHERE || shape->kind == SHAPE_DISK)
+        return min_float(shape->radius, corner);
+    if (shape->kind != SHAPE_MESH) return corner;
+    for (uint32_t i = 0; i < shape->mesh->n_vertices; i++) {
+        struct vec3 d = vec3_sub(vertex(shape->mesh, i), middle);
+        reach2 = max_float(reach2, vec3_dot(d, d));
+    }
+    return min_float(sqrtf(reach2), corner);
+}
+
 static lmn_status init_shape(struct world *w, uint32_t index, struct error *err)
 {
     const struct shape *s = &w->scene->shapes[index];
@@ -93,13 +109,17 @@ static lmn_status init_shape(struct world *w, uint32_t index, struct error *err)
         shape->center = transform_point(&s->to_group, vec3(0.0f, 0.0f, 0.5f));
         shape->extent = shape->radius + 0.5f * length;
     }
-    if (s->kind != SHAPE_MESH) return LMN_OK;
+    if (s->kind != SHAPE_MESH) {
+        shape->reach = reach_of(shape);
+        return LMN_OK;
+    }
     const struct mesh *m = &w->scene->meshes[s->mesh];
     shape->mesh = m;
     shape->positions = m->positions;
     shape->normals = m->normals;
     shape->uvs = m->uvs;
     shape->indices = m->indices;
+    shape->reach = reach_of(shape);
     if (s->emitter == SCENE_NONE) return LMN_OK;
     shape->flat_side = flat_side(m);
     return init_area(shape, m, err);

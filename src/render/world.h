@@ -26,6 +26,7 @@ struct world_shape {
     struct distribution area;         /* emissive meshes: triangles by area in group space */
     float total_area;                 /* emissive meshes, cylinders: in group space */
     struct bounds bounds;             /* in group space */
+    float reach;                      /* from the middle of bounds to the farthest point */
     uint32_t light;                   /* emissive shapes: number among those of the group */
     float flat_side; /* emissive meshes whose shading normals are those of the faces: 1;
                         opposite to them: -1; otherwise 0 */

@@ -329,7 +329,8 @@ lmn_status builder_add_bsdf(struct builder *b, const struct builder_object *obje
 }
 
 lmn_status builder_add_emitter(struct builder *b, const struct builder_object *object,
-                               const struct emitter *emitter, uint32_t *index, struct error *err)
+                               const struct emitter *emitter, const char *light_group,
+                               uint32_t *index, struct error *err)
 {
     lmn_status status;
     const char *name;
@@ -346,7 +347,7 @@ lmn_status builder_add_emitter(struct builder *b, const struct builder_object *o
     uint32_t i = (uint32_t)b->n_emitters;
     status = enter_name(b, BUILDER_EMITTER, i, object, NULL, &name, err);
     if (status != LMN_OK) return status;
-    b->emitters[b->n_emitters++] = (struct builder_emitter){*object, *emitter};
+    b->emitters[b->n_emitters++] = (struct builder_emitter){*object, *emitter, light_group};
     store_index(index, i);
     return LMN_OK;
 }

@@ -66,6 +66,7 @@ struct builder_bsdf {
 struct builder_emitter {
     struct builder_object object;
     struct emitter emitter;
+    const char *light_group; /* NULL: none */
 };
 
 struct builder_shape {
@@ -138,7 +139,8 @@ lmn_status builder_add_texture(struct builder *b, const struct builder_object *o
 lmn_status builder_add_bsdf(struct builder *b, const struct builder_object *object,
                             const struct bsdf *bsdf, uint32_t *index, struct error *err);
 lmn_status builder_add_emitter(struct builder *b, const struct builder_object *object,
-                               const struct emitter *emitter, uint32_t *index, struct error *err);
+                               const struct emitter *emitter, const char *light_group,
+                               uint32_t *index, struct error *err);
 /* shape->name is made from the id, else from `stem` ("Mesh015", "rectangle"). */
 lmn_status builder_add_shape(struct builder *b, const struct builder_shape *shape, const char *stem,
                              uint32_t *index, struct error *err);

@@ -252,11 +252,12 @@ lmn_status builder_finish(struct builder *b, struct scene **out, struct error *e
     d->textures = arena_new(b->arena, b->n_textures, sizeof *d->textures);
     d->bsdfs = arena_new(b->arena, b->n_bsdfs, sizeof *d->bsdfs);
     d->emitters = arena_new(b->arena, b->n_emitters, sizeof *d->emitters);
+    s->light_groups = arena_new(b->arena, b->n_emitters, sizeof *s->light_groups);
     d->instances = arena_new(b->arena, max_instances, sizeof *d->instances);
     d->shape_bsdfs = arena_new(b->arena, b->n_shapes, sizeof *d->shape_bsdfs);
     b->placements = mem_new(max_instances, sizeof *b->placements);
     if (!s->shapes || !s->groups || !s->meshes || !s->bitmaps || !d->textures || !d->bsdfs ||
-        !d->emitters || !d->instances || !d->shape_bsdfs || !b->placements) {
+        !d->emitters || !s->light_groups || !d->instances || !d->shape_bsdfs || !b->placements) {
         status = fail_memory(err, "the scene");
         goto done;
     }
@@ -267,7 +268,10 @@ lmn_status builder_finish(struct builder *b, struct scene **out, struct error *e
     s->n_emitters = (uint32_t)b->n_emitters;
     for (size_t i = 0; i < b->n_textures; i++) d->textures[i] = b->textures[i].texture;
     for (size_t i = 0; i < b->n_bsdfs; i++) d->bsdfs[i] = b->bsdfs[i].bsdf;
-    for (size_t i = 0; i < b->n_emitters; i++) d->emitters[i] = b->emitters[i].emitter;
+    for (size_t i = 0; i < b->n_emitters; i++) {
+        d->emitters[i] = b->emitters[i].emitter;
+        s->light_groups[i] = b->emitters[i].light_group;
+    }
     d->sensor = b->sensor;
     s->settings = b->settings;
     s->hash = b->hash;

@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "scene/light_groups.h"
 #include "scene/reader_mitsuba_private.h"
 
 /* One function per emitter; defaults are Mitsuba 3's. */
@@ -144,6 +145,20 @@ static const struct {
 };
 enum { N_PLUGINS = sizeof plugins / sizeof *plugins };
 
+/* Ours, not Mitsuba's: emitters of one name share a picture of their light. */
+static lmn_status read_light_group(struct props *p, const char **out)
+{
+    const char *name = NULL;
+    lmn_status status = props_string(p, "light_group", &name);
+    if (status != LMN_OK || !name) return status;
+    size_t n = strlen(name);
+    if (n == 0 || n > LIGHT_GROUP_NAME)
+        return fail_node(p->r, p->node, "\"light_group\" has 1 to %d characters",
+                         (int)LIGHT_GROUP_NAME);
+    *out = arena_strdup(p->r->b->arena, name);
+    return *out ? LMN_OK : fail_memory(p->r->err, "the scene");
+}
+
 lmn_status load_emitter(struct reader *r, struct xml_node *node, uint32_t *index)
 {
     lmn_status status = LMN_OK;
@@ -154,7 +169,7 @@ lmn_status load_emitter(struct reader *r, struct xml_node *node, uint32_t *index
                         .bitmap = SCENE_NONE,
                         .picture = SCENE_NONE,
                         .to_world = transform_identity()};
-    const char *names[N_PLUGINS];
+    const char *names[N_PLUGINS], *light_group = NULL;
     emitter_fn *read = NULL;
     for (size_t i = 0; i < N_PLUGINS; i++) {
         names[i] = plugins[i].type;
@@ -165,13 +180,14 @@ lmn_status load_emitter(struct reader *r, struct xml_node *node, uint32_t *index
     if (!read) return fail_unknown(r, node, "unknown emitter", p.type, names, N_PLUGINS);
     TRY(read(&p, &e));
     props_ignore(&p, "sampling_weight");
+    TRY(read_light_group(&p, &light_group));
     TRY(props_finish(&p, &object));
     bool has_place = emitter_is_surface(e.kind) || e.kind == EMITTER_PROJECTOR;
     if (!has_place && e.radiance != SCENE_NONE &&
         r->b->textures[e.radiance].texture.kind != TEXTURE_CONSTANT)
         return fail_node(r, node, "<emitter type=\"%s\">: it takes a colour, not a texture",
                          p.type);
-    TRY(builder_add_emitter(r->b, &object, &e, index, r->err));
+    TRY(builder_add_emitter(r->b, &object, &e, light_group, index, r->err));
 done:
     return status;
 }

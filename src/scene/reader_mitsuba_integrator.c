@@ -11,6 +11,7 @@ enum role {
     ROLE_PATH,
     ROLE_DIRECT,
     ROLE_SAME_IMAGE,  /* another method for the same image */
+    ROLE_PHOTONS,     /* the same, by photons */
     ROLE_VOLUME,      /* the same, where there are no media */
     ROLE_WRAPPER,     /* adds outputs or decides on samples around a nested one */
     ROLE_OTHER_IMAGE, /* known, not supported */
@@ -32,9 +33,9 @@ static const struct {
     {"volpath_simple", ROLE_VOLUME}, /* 0.x */
     {"ptracer", ROLE_SAME_IMAGE},
     {"bdpt", ROLE_SAME_IMAGE},
-    {"photonmapper", ROLE_SAME_IMAGE},
-    {"ppm", ROLE_SAME_IMAGE},
-    {"sppm", ROLE_SAME_IMAGE},
+    {"photonmapper", ROLE_PHOTONS},
+    {"ppm", ROLE_PHOTONS},
+    {"sppm", ROLE_PHOTONS},
     {"pssmlt", ROLE_SAME_IMAGE},
     {"mlt", ROLE_SAME_IMAGE},
     {"erpt", ROLE_SAME_IMAGE},
@@ -104,10 +105,13 @@ lmn_status load_integrator(struct reader *r, struct xml_node *node)
     case ROLE_DIRECT:
         s->max_depth = 2; /* `direct` is `path` up to one bounce */
         break;
+    case ROLE_PHOTONS:
+        s->integrator = INTEGRATOR_PHOTONS; /* fall through */
     case ROLE_SAME_IMAGE:
     case ROLE_VOLUME: {
         char what[80];
-        snprintf(what, sizeof what, "integrator \"%s\": taken as path", p.type);
+        snprintf(what, sizeof what, "integrator \"%s\": taken as path%s", p.type,
+                 plugins[i].role == ROLE_PHOTONS ? "+photons" : "");
         note_ignored(r, node, what);
     } /* fall through */
     case ROLE_PATH:

@@ -269,6 +269,11 @@ struct scene_state {
 
 enum filter_kind { FILTER_BOX, FILTER_TENT, FILTER_GAUSSIAN };
 enum sampler_kind { SAMPLER_INDEPENDENT, SAMPLER_SOBOL };
+enum integrator_kind {
+    INTEGRATOR_AUTO, /* by what the configuration holds: view_wants_photons() */
+    INTEGRATOR_PATH,
+    INTEGRATOR_PHOTONS
+};
 
 struct render_settings {
     uint32_t width, height, spp;
@@ -279,6 +284,7 @@ struct render_settings {
     float filter_radius; /* box .5; tent 1; gaussian: cut off at 4 sigma */
     float filter_stddev; /* gaussian */
     enum sampler_kind sampler;
+    enum integrator_kind integrator; /* PHOTONS where the file asks for a photon mapper */
     uint64_t seed;
 };
 
@@ -334,6 +340,7 @@ struct scene {
     uint32_t n_textures, n_bsdfs, n_emitters, n_instances;
 
     struct render_settings settings;
+    const char **light_groups; /* [n_emitters], NULL where the file names none; or NULL */
 
     struct param *params;
     struct variable *variables;

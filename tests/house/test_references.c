@@ -110,6 +110,7 @@ static int compare(lmn_context *context, const char *name, const char *path,
     uint32_t n_tiles = (size / tile) * (size / tile) + 1;
     assert_in_range(n_tiles, 1, MAX_TILES);
     lmn_trace_options options = {.struct_size = sizeof options,
+                                 .integrator = "path",
                                  .width = size,
                                  .height = size,
                                  .spp = SPP,

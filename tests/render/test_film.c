@@ -90,7 +90,8 @@ static void weighted_means(void **state)
     struct sample *samples = make_samples();
     const struct window w = {WIDTH, HEIGHT, 3, 20, 60, 25};
     float *rgb = malloc(3 * sizeof *rgb * 3 * 60 * 25);
-    struct trace_output out = {rgb, rgb + 3 * 60 * 25, rgb + 6 * 60 * 25, NULL, NULL};
+    struct trace_output out = {
+        .color = rgb, .half_a = rgb + 3 * 60 * 25, .half_b = rgb + 6 * 60 * 25};
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         struct filter f;
         filter_init(&f, cases[k].kind, cases[k].radius, cases[k].stddev);

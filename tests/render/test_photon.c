@@ -167,13 +167,74 @@ static void same_bytes(void **state)
     made_scene_free(m);
 }
 
+/* ---- Where they are used --------------------------------------------------------------------- */
+
+static uint32_t thin_ball(struct made_scene *m)
+{
+    return made_bsdf(m, BSDF_THIN_DIELECTRIC);
+}
+
+static uint32_t glass_ball(struct made_scene *m)
+{
+    return made_bsdf(m, BSDF_DIELECTRIC);
+}
+
+static uint32_t grey_ball(struct made_scene *m)
+{
+    return made_diffuse(m, vec3_splat(0.5f));
+}
+
+enum lamp { LAMP_POINT, LAMP_SMALL, LAMP_SKY };
+
+/* By itself: does the room want photons? */
+static bool wants(uint32_t (*ball)(struct made_scene *), enum lamp lamp, int32_t max_depth)
+{
+    struct made_scene *m = made_scene_new();
+    uint32_t grey = made_twosided(m, made_diffuse(m, vec3_splat(0.5f)));
+    made_quad(m, vec3(-2, 0, 2), vec3(4, 0, 0), vec3(0, 0, -4), grey, SCENE_NONE);
+    made_sphere(m, vec3(0, 0.8f, 0), 0.5f, ball(m), SCENE_NONE);
+    if (lamp == LAMP_POINT) made_point(m, vec3(1, 3, 0), vec3_splat(10.0f));
+    if (lamp == LAMP_SKY) made_emitter(m, EMITTER_CONSTANT, vec3_splat(1.0f));
+    if (lamp == LAMP_SMALL) {
+        uint32_t panel = made_emitter(m, EMITTER_AREA, vec3_splat(60.0f));
+        made_quad(m, vec3(1, 3, 0), vec3(0.3f, 0, 0), vec3(0, 0, 0.3f), grey, panel);
+    }
+    made_camera(m, vec3(0, 1.5f, 4), vec3(0, 0.6f, 0), 50.0f, 32, 32);
+    struct trace_settings t = made_settings(m, max_depth, 1);
+    struct error err = {""};
+    struct view *v = made_view(m);
+    bool first = false;
+    for (uint32_t n_threads = 1; n_threads <= 2; n_threads++) {
+        bool answer;
+        struct pool *pool = pool_new(n_threads);
+        if (view_wants_photons(v, pool, &t, &answer, &err)) fail_msg("%s", err.text);
+        pool_free(pool);
+        if (n_threads == 1) first = answer;
+        assert_true(answer == first);
+    }
+    made_scene_free(m);
+    return first;
+}
+
+static void where_they_help(void **state)
+{
+    (void)state;
+    assert_true(wants(mirror_ball, LAMP_POINT, 6));
+    assert_true(wants(glass_ball, LAMP_SMALL, 6));
+    assert_true(wants(mirror_ball, LAMP_SMALL, -1));
+    assert_false(wants(glass_ball, LAMP_SMALL, 2)); /* no paths that long */
+    assert_false(wants(mirror_ball, LAMP_SKY, 6));
+    assert_false(wants(frosted, LAMP_SMALL, 6));
+    assert_false(wants(thin_ball, LAMP_POINT, 6));
+    assert_false(wants(grey_ball, LAMP_POINT, 6));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(mirrored_light),
-        cmocka_unit_test(paths_agree),
-        cmocka_unit_test(streams_agree),
-        cmocka_unit_test(same_bytes),
+        cmocka_unit_test(mirrored_light),  cmocka_unit_test(paths_agree),
+        cmocka_unit_test(streams_agree),   cmocka_unit_test(same_bytes),
+        cmocka_unit_test(where_they_help),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

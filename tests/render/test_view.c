@@ -367,46 +367,6 @@ static void mapped_normals_are_seen(void **state)
     made_scene_free(m);
 }
 
-/* The light of each emitter: they add up to the picture exactly, and to the picture without groups
- * up to rounding; one is what is left when the others are dark. */
-static void groups_add_up(void **state)
-{
-    (void)state;
-    struct made_scene *m = made_all_kinds(48, 32);
-    struct view *v = made_view(m);
-    uint32_t n_groups = m->scene.n_emitters;
-    struct window w = picture_whole(48, 32);
-    struct trace_settings t = made_settings(m, 5, 64);
-    struct picture whole = picture_trace(view_trace, v, &t, &w), parts = picture_new(&w);
-    struct trace_output out = picture_output(&parts);
-    size_t n = 3 * whole.n_pixels;
-    out.groups = mem_new(n_groups * n, sizeof(float));
-    assert_true(n_groups > 2 && out.groups);
-    view_trace(v, &t, &w, &out);
-    assert_true(picture_different(parts.color, whole.color, whole.n_pixels, 3, 1e-4) == 0);
-    for (size_t i = 0; i < n; i++) {
-        float sum = 0;
-        for (uint32_t g = 0; g < n_groups; g++) sum += out.groups[g * n + i];
-        assert_true(sum == parts.color[i]);
-    }
-    for (uint32_t g = 0; g < n_groups; g++) {
-        double mean = picture_mean(out.groups + g * n, n);
-        for (uint32_t k = 0; k < n_groups; k++)
-            v->state.emitters[k].scale = k == g ? m->emitters[k].scale : 0;
-        view_refresh(v, false);
-        struct picture alone = picture_trace(view_trace, v, &t, &w);
-        double expected = picture_mean(alone.color, n);
-        double noise = fabs(picture_mean(alone.half_a, n) - picture_mean(alone.half_b, n));
-        if (fabs(mean - expected) > 0.03 * expected + 2 * noise + 1e-4)
-            fail_msg("emitter %u: mean %g, alone %g", g, mean, expected);
-        picture_release(&alone);
-    }
-    mem_free(out.groups);
-    picture_release(&whole);
-    picture_release(&parts);
-    made_scene_free(m);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -418,7 +378,6 @@ int main(void)
         cmocka_unit_test(buffers_are_what_is_seen),
         cmocka_unit_test(buffers_are_filtered),
         cmocka_unit_test(mapped_normals_are_seen),
-        cmocka_unit_test(groups_add_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -158,7 +158,7 @@ static void names_of_another_version(void **state)
 /* One note, with all that was ignored. */
 static void ignored_things_are_told(void **state)
 {
-    static const char *const wanted[] = {"integrator \"sppm\": taken as path (line 2)",
+    static const char *const wanted[] = {"integrator \"sppm\": taken as path+photons (line 2)",
                                          "photon_count (line 3)",
                                          "k_nn (line 4)",
                                          "ldrfilm: taken as hdrfilm",

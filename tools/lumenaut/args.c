@@ -192,6 +192,9 @@ static bool store(const struct arg_option *o, void *place, const char *text)
     case ARG_FILE:
         *(const char **)place = text;
         return true;
+    case ARG_MAYBE:
+        *(const char **)place = text ? text : "";
+        return true;
     case ARG_LIST: {
         struct arg_list *list = place;
         if (list->n == ARG_LIST_MAX) return false;
@@ -251,8 +254,10 @@ static void flatten(const struct command *c, struct flat *f)
             f->options[f->n] = o;
             f->bases[f->n] = c->groups[g].base;
             f->names[f->n] = o->name;
-            f->longs[f->n] = (struct option){
-                o->name, o->type == ARG_FLAG ? no_argument : required_argument, NULL, 256 + f->n};
+            int value = o->type == ARG_FLAG    ? no_argument
+                        : o->type == ARG_MAYBE ? optional_argument
+                                               : required_argument;
+            f->longs[f->n] = (struct option){o->name, value, NULL, 256 + f->n};
             if (o->letter) {
                 f->shorts[k++] = o->letter;
                 if (o->type != ARG_FLAG) f->shorts[k++] = ':';

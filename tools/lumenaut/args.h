@@ -26,6 +26,7 @@ enum arg_type {
     ARG_FLAG,     /* uint32_t, set to 1 */
     ARG_TEXT,     /* const char *, points into argv */
     ARG_FILE,     /* the same; completion offers file names */
+    ARG_MAYBE,    /* the same, but --name alone is the empty text; a value needs --name=VALUE */
     ARG_LIST,     /* struct arg_list; every use adds one */
     ARG_COUNT,    /* uint32_t in [min, max] */
     ARG_INTEGER,  /* int32_t in [min, max] */

@@ -8,13 +8,14 @@ struct trace_args {
     struct common_args common;
     struct scene_args scene;
     struct picture_args picture;
-    uint32_t half_buffers, light_groups;
+    uint32_t half_buffers;
+    const char *light_groups;
     uint32_t sampler, mis, integrator;
 };
 
 static const char *const sampler_names[] = {NULL, "independent", "sobol"};
 static const char *const mis_names[] = {"power", "balance"};
-static const char *const integrator_names[] = {"path", "path+photons"};
+static const char *const integrator_names[] = {NULL, "auto", "path", "path+photons"};
 
 static const struct arg_option trace_options[] = {
     {.name = "half-buffers",
@@ -22,8 +23,11 @@ static const struct arg_option trace_options[] = {
      .help = "append two pictures of independent halves of the samples, a.R .. and b.R ..",
      .offset = offsetof(struct trace_args, half_buffers)},
     {.name = "light-groups",
-     .type = ARG_FLAG,
-     .help = "append the light of each emitter, NAME.R ..; their sum is the picture",
+     .type = ARG_MAYBE,
+     .argument = "GROUPS",
+     .help = "append the light of each emitter, or of each group, as "
+             "\"ceiling=lamp_1,lamp_2;outside=sky\": NAME.R ..; their sum is the picture",
+     .fallback = "the scene's groups, where it has some",
      .offset = offsetof(struct trace_args, light_groups)},
     {.name = "sampler",
      .type = ARG_CHOICE,
@@ -41,8 +45,11 @@ static const struct arg_option trace_options[] = {
     {.name = "integrator",
      .type = ARG_CHOICE,
      .argument = "NAME",
-     .help = "how light is found; photons bring caustics, biased a little at few samples",
-     .choices = "path path+photons",
+     .help =
+         "how light is found; photons bring caustics, biased a little at few samples; auto uses "
+         "them where they help",
+     .fallback = "scene: the scene's, else auto",
+     .choices = "scene auto path path+photons",
      .offset = offsetof(struct trace_args, integrator)},
 };
 
@@ -74,7 +81,7 @@ static void print_json(const struct trace_args *a, const lmn_scene *scene, const
     jo_end(&j);
     jo_count(&j, "spp", spp);
     jo_count(&j, "seed", a->picture.seed);
-    jo_string(&j, "integrator", integrator_names[a->integrator]);
+    jo_string(&j, "integrator", lmn_image_attribute(image, "integrator"));
     jo_number(&j, "render_s", render_s);
     jo_number(&j, "load_s", load_s);
     jo_number(&j, "paths_per_s", (double)width * height * spp / render_s);
@@ -120,7 +127,8 @@ static int run(void *args)
                                        .seed = p->seed,
                                        .buffers = p->buffers,
                                        .half_buffers = a->half_buffers,
-                                       .light_groups = a->light_groups,
+                                       .light_groups = a->light_groups != NULL,
+                                       .light_group_names = a->light_groups,
                                        .sampler = sampler_names[a->sampler],
                                        .mis = mis_names[a->mis],
                                        .integrator = integrator_names[a->integrator]};
@@ -128,7 +136,6 @@ static int run(void *args)
     const uint32_t width = p->has_crop ? p->crop[2] : p->has_size ? p->size[0] : info.width;
     const uint32_t height = p->has_crop ? p->crop[3] : p->has_size ? p->size[1] : info.height;
     uint32_t spp = p->spp ? p->spp : info.spp;
-    spp += (a->half_buffers || a->integrator) && spp % 2; /* two equal halves */
     app_detail(&app, "%s: %llu triangles, %u instances, %u variables", a->common.operands[0],
                (unsigned long long)info.n_triangles, info.n_instances, info.n_variables);
     app_begin(&app, "trace", "paths", (double)width * height * spp);
@@ -139,6 +146,7 @@ static int run(void *args)
         goto done;
     }
     app_end(&app);
+    spp = (uint32_t)strtoul(lmn_image_attribute(image, "spp"), NULL, 10); /* halves round it up */
     status = lmn_image_save(app.context, image, p->output, p->format, p->exposure);
     if (status != LMN_OK) {
         code = app_failed(&app, status, BLAME_WORK);

@@ -70,7 +70,8 @@ static void print_option(FILE *f, const struct arg_option *o, const char *base)
     else
         n = snprintf(left, sizeof left, "      --%s", o->name);
     if (o->type != ARG_FLAG)
-        n += snprintf(left + n, sizeof left - (size_t)n, " %s", o->argument ? o->argument : "X");
+        n += snprintf(left + n, sizeof left - (size_t)n, o->type == ARG_MAYBE ? "[=%s]" : " %s",
+                      o->argument ? o->argument : "X");
     if (n >= HELP_COLUMN)
         fprintf(f, "%s\n%*s", left, HELP_COLUMN, "");
     else

@@ -29,6 +29,13 @@ cmp a.png a.dat
 json 'd["spp"] == 4 and len(d["channels"]) == 34' <f.json
 json '"a.R" in d["channels"] and "normal.X" in d["channels"]' <f.json
 
+# light groups: by emitter, named, with photons
+"$lumenaut" trace "$scene" -o l.exr -q --light-groups --json >l.json
+json 'd["channels"] == ["R", "G", "B", "lamp.emitter.R", "lamp.emitter.G", "lamp.emitter.B"]' <l.json
+"$lumenaut" trace "$scene" -o l.exr -q --light-groups=all=lamp --integrator path+photons --json >l.json
+json 'd["channels"] == ["R", "G", "B", "all.R", "all.G", "all.B"] and d["integrator"] == "path+photons"' <l.json
+code 2 "$lumenaut" trace "$scene" -o x.png --light-groups=all=lmap 2>>said
+
 # options act whatever their order; -- ends them; variables and defines
 cp "$scene" ./-box.xml
 cp "$here/scenes/box.variables.json" ./-box.variables.json

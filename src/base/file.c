@@ -2,6 +2,7 @@
 #include "base/file.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -14,12 +15,15 @@ lmn_status file_read(const char *path, size_t max_size, char **out, size_t *size
     lmn_status status = LMN_OK;
     char *text = NULL;
     struct stat st;
-    FILE *f = fopen(path, "rb");
+    /* Without O_NONBLOCK, opening a pipe waits for a writer, perhaps for ever. */
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    FILE *f = fd >= 0 ? fdopen(fd, "rb") : NULL;
     if (!f) {
         status = fail(err, LMN_ERR_IO, "%s: cannot open: %s", path, strerror(errno));
+        if (fd >= 0) close(fd);
         goto done;
     }
-    if (fstat(fileno(f), &st) != 0 || !S_ISREG(st.st_mode)) {
+    if (fstat(fd, &st) != 0 || !S_ISREG(st.st_mode)) {
         status = fail(err, LMN_ERR_IO, "%s: not a regular file", path);
         goto done;
     }

@@ -13,7 +13,8 @@
  */
 
 /* Refuses images without pixels, with more than IMAGE_MAX_SIDE a side, with more than 4 GiB as
- * floats, or so large that `file_size` bytes cannot hold them even if all pixels are alike.
+ * floats, or so large that `file_size` bytes cannot hold them even if all pixels are alike, or with
+ * more than 2^28 samples from 1/64 of their number of bytes.
  * `sample_size`: bytes a sample takes in the file, uncompressed. */
 lmn_status codec_check_size(const char *path, uint64_t width, uint64_t height, uint64_t n_channels,
                             uint64_t sample_size, uint64_t file_size, struct error *err);

@@ -13,6 +13,8 @@
 
 /* Bytes of a file, and floats of an image, that we are willing to hold. */
 static const uint64_t max_file_size = (uint64_t)2 << 30, max_data_size = (uint64_t)4 << 30;
+/* A file may unpack to that many samples however small it is: 8192x8192 pixels of one colour. */
+static const uint64_t max_flat_samples = (uint64_t)1 << 28;
 
 lmn_status codec_check_size(const char *path, uint64_t width, uint64_t height, uint64_t n_channels,
                             uint64_t sample_size, uint64_t file_size, struct error *err)
@@ -34,6 +36,12 @@ lmn_status codec_check_size(const char *path, uint64_t width, uint64_t height, u
     if (samples * sample_size / 1100 > file_size + 1024)
         return fail(err, LMN_ERR_PARSE,
                     "%s: file of %llu bytes is too short for %llux%llu pixels: truncated?", path,
+                    (unsigned long long)file_size, (unsigned long long)width,
+                    (unsigned long long)height);
+    /* What is as packed and yet larger is hostile, too: a gigabyte of one colour in a megabyte. */
+    if (samples > max_flat_samples && samples / 64 > file_size)
+        return fail(err, LMN_ERR_PARSE,
+                    "%s: file of %llu bytes unpacks to %llux%llu pixels: too large", path,
                     (unsigned long long)file_size, (unsigned long long)width,
                     (unsigned long long)height);
     return LMN_OK;

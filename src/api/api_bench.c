@@ -167,12 +167,27 @@ static lmn_status read_depth(const json_t *root, const char *key, int32_t *out, 
     return LMN_OK;
 }
 
-/* The files stay those of `root`. *files is the caller's to free. */
+/* An array of texts. They stay those of `root`; *out is the caller's to free. */
+static lmn_status read_texts(const json_t *root, const char *key, const char ***out, uint32_t *n,
+                             struct error *err)
+{
+    const json_t *list = json_object_get(root, key);
+    *n = (uint32_t)json_array_size(list);
+    *out = mem_new((size_t)*n + 1, sizeof **out);
+    if (!*out) return fail_memory(err, "the options");
+    for (uint32_t i = 0; i < *n; i++) {
+        (*out)[i] = json_string_value(json_array_get(list, i));
+        if (!(*out)[i])
+            return fail(err, LMN_ERR_ARGUMENT, "bench: %s: element %u is no text", key, i);
+    }
+    return LMN_OK;
+}
+
 static lmn_status read_options(const json_t *root, struct bench_options *o, const char ***files,
-                               struct error *err)
+                               const char ***sets, struct error *err)
 {
     lmn_status status = LMN_OK;
-    const json_t *size = json_object_get(root, "size"), *list = json_object_get(root, "files");
+    const json_t *size = json_object_get(root, "size");
     *o = (struct bench_options){.runs = 5, .width = 512, .depth = 8, .patches = 32};
     TRY(read_count(root, "runs", 100000, &o->runs, err));
     TRY(read_count(root, "width", 1024, &o->width, err));
@@ -191,16 +206,10 @@ static lmn_status read_options(const json_t *root, struct bench_options *o, cons
             status = fail(err, LMN_ERR_ARGUMENT, "bench: size: a side has 1 to %d pixels",
                           IMAGE_MAX_SIDE);
     }
-    const size_t n = json_array_size(list);
-    *files = mem_new(n + 1, sizeof **files);
-    if (!*files) return fail_memory(err, "the options");
-    for (size_t i = 0; i < n; i++) {
-        (*files)[i] = json_string_value(json_array_get(list, i));
-        if (!(*files)[i])
-            return fail(err, LMN_ERR_ARGUMENT, "bench: files: element %zu is no text", i);
-    }
+    TRY(read_texts(root, "files", files, &o->n_files, err));
+    TRY(read_texts(root, "set", sets, &o->n_sets, err));
     o->files = *files;
-    o->n_files = (uint32_t)n;
+    o->sets = *sets;
 done:
     return status;
 }
@@ -215,12 +224,13 @@ lmn_status lmn_bench(lmn_context *context, const char *what, const char *options
     } kinds[] = {{"kernels", bench_kernels},
                  {"trace", bench_trace},
                  {"train", bench_train},
+                 {"buffers", bench_buffers},
                  {"frame", bench_frame}};
     enum { N_KINDS = sizeof kinds / sizeof kinds[0] };
     lmn_status status = LMN_OK;
     struct error *err = context_begin(context);
     struct bench_options o;
-    const char **files = NULL;
+    const char **files = NULL, **sets = NULL;
     json_error_t problem;
     struct json j = {.out = &context->json};
     *json = NULL;
@@ -229,7 +239,7 @@ lmn_status lmn_bench(lmn_context *context, const char *what, const char *options
         status = fail(err, LMN_ERR_ARGUMENT, "bench: the options are no JSON object");
         goto done;
     }
-    TRY(read_options(root, &o, &files, err));
+    TRY(read_options(root, &o, &files, &sets, err));
     str_release(&context->json);
     json_begin_object(&j, NULL);
     json_put_string(&j, "bench", what);
@@ -239,7 +249,7 @@ lmn_status lmn_bench(lmn_context *context, const char *what, const char *options
     size_t kind = 0;
     while (kind < N_KINDS && strcmp(kinds[kind].name, what) != 0) kind++;
     if (kind == N_KINDS)
-        status = fail(err, LMN_ERR_ARGUMENT, "bench \"%s\": kernels, trace, train or frame", what);
+        status = fail(err, LMN_ERR_ARGUMENT, "bench \"%s\": kernels, trace, train, buffers or frame", what);
     else
         status = kinds[kind].run(context, &o, &j, err);
     if (status != LMN_OK) goto done;
@@ -251,5 +261,6 @@ lmn_status lmn_bench(lmn_context *context, const char *what, const char *options
 done:
     json_decref(root);
     mem_free(files);
+    mem_free(sets);
     return status;
 }

@@ -88,9 +88,18 @@ done:
 
 /* ---- Frames ------------------------------------------------------------------------------- */
 
+/* The index-th of a stream of configurations, or always the one that was asked for. */
+static lmn_status choose_values(lmn_context *context, const lmn_scene *scene,
+                                const struct bench_options *o, uint32_t index, struct error *err)
+{
+    if (o->n_sets > 0) return bench_values(context, scene, o, scene->cache->u, err);
+    bench_configuration(scene->scene, index, scene->cache->u);
+    return LMN_OK;
+}
+
 static lmn_status time_buffers(lmn_context *context, const lmn_scene *scene,
-                               const struct model_render_options *r, uint32_t runs, double *times,
-                               struct error *err)
+                               const struct bench_options *o, const struct model_render_options *r,
+                               double *times, struct error *err)
 {
     lmn_status status = LMN_OK;
     struct trace_settings t;
@@ -102,8 +111,8 @@ static lmn_status time_buffers(lmn_context *context, const lmn_scene *scene,
                              sizeof(float));
     if (!output.buffers) return fail_memory(err, "the buffers");
     TRY(scene_view(scene, err));
-    for (uint32_t i = 0; i <= runs; i++) {
-        bench_configuration(scene->scene, i, c->u);
+    for (uint32_t i = 0; i <= o->runs; i++) {
+        TRY(choose_values(context, scene, o, i, err));
         const double start_s = clock_wall_s();
         view_set(c->view, c->u);
         TRY(view_trace_parallel(c->view, context->pool, &t, &r->window, &output, NULL, NULL, err));
@@ -114,16 +123,16 @@ done:
     return status;
 }
 
-static lmn_status time_frames(const lmn_scene *scene, struct painter *painter,
-                              const struct model_render_options *r, uint32_t runs, double *times,
-                              struct error *err)
+static lmn_status time_frames(lmn_context *context, const lmn_scene *scene, struct painter *painter,
+                              const struct bench_options *o, const struct model_render_options *r,
+                              double *times, struct error *err)
 {
-    for (uint32_t i = 0; i <= runs; i++) {
+    for (uint32_t i = 0; i <= o->runs; i++) {
         struct image image = {0};
         double seconds = 0.0;
-        bench_configuration(scene->scene, i, scene->cache->u);
-        const lmn_status status = painter_render(painter, scene->cache->u, r, &image, &seconds,
-                                                 NULL, NULL, err);
+        lmn_status status = choose_values(context, scene, o, i, err);
+        if (status == LMN_OK)
+            status = painter_render(painter, scene->cache->u, r, &image, &seconds, NULL, NULL, err);
         image_release(&image);
         if (status != LMN_OK) return status;
         if (i > 0) times[i - 1] = seconds;
@@ -149,9 +158,9 @@ static lmn_status bench_frame_of(lmn_context *context, const struct bench_option
     TRY(generator_new(&config, context->pool, context->cpu, &generator, err));
     generator_init(generator, 1);
     TRY(painter_init(&painter, &place, generator, err));
-    TRY(time_frames(scene, &painter, &r, o->runs, times, err));
+    TRY(time_frames(context, scene, &painter, o, &r, times, err));
     const double frame_s = bench_median(times, o->runs);
-    TRY(time_buffers(context, scene, &r, o->runs, times, err));
+    TRY(time_buffers(context, scene, o, &r, times, err));
     const double buffers_s = bench_median(times, o->runs);
     TRY(nn_bench_render(&config, context->pool, context->cpu, (size_t)size[0] * size[1], o->runs,
                         &network, err));

@@ -16,11 +16,15 @@ struct bench_options {
     int32_t rr_depth;         /* SCENE_NONE: the scene's */
     const char *const *files; /* scenes */
     uint32_t n_files;
+    const char *const *sets; /* "name=value": buffers, frame */
+    uint32_t n_sets;
 };
 
 /* Each adds the members of its document to an open object; "results" is an array. */
 lmn_status bench_trace(lmn_context *context, const struct bench_options *o, struct json *j,
                        struct error *err);
+lmn_status bench_buffers(lmn_context *context, const struct bench_options *o, struct json *j,
+                         struct error *err);
 lmn_status bench_frame(lmn_context *context, const struct bench_options *o, struct json *j,
                        struct error *err);
 lmn_status bench_train(lmn_context *context, const struct bench_options *o, struct json *j,
@@ -30,6 +34,10 @@ lmn_status bench_kernels(lmn_context *context, const struct bench_options *o, st
 
 /* Sorts the n > 0 times and returns the median. */
 double bench_median(double *times, uint32_t n);
+
+/* Fills u with the defaults, changed as o->sets says. */
+lmn_status bench_values(lmn_context *context, const lmn_scene *scene, const struct bench_options *o,
+                        float *u, struct error *err);
 
 /* Fills u with the index-th of a stream of configurations. */
 void bench_configuration(const struct scene *s, uint64_t index, float *u);

@@ -14,6 +14,7 @@ struct bench_args {
     uint32_t spp;
     int32_t max_depth, rr_depth;
     uint32_t has_max_depth, has_rr_depth;
+    struct arg_list values;
     const char *peers;
     uint32_t json;
 };
@@ -51,14 +52,14 @@ static const struct arg_option bench_options[] = {
      .type = ARG_SIZE,
      .argument = "WxH",
      .help = "size of the picture",
-     .fallback = "trace: 256x256; frame: 900x900",
+     .fallback = "trace: 256x256; buffers, frame: 900x900",
      .offset = offsetof(struct bench_args, size),
      .given = offsetof(struct bench_args, has_size)},
     {.name = "spp",
      .type = ARG_COUNT,
      .argument = "N",
      .help = "samples per pixel; those of the buffers in a frame",
-     .fallback = "trace: 32; frame: 1",
+     .fallback = "trace: 32; buffers, frame: 1",
      .min = 1,
      .max = 1 << 20,
      .offset = offsetof(struct bench_args, spp)},
@@ -80,6 +81,13 @@ static const struct arg_option bench_options[] = {
      .max = 1 << 20,
      .offset = offsetof(struct bench_args, rr_depth),
      .given = offsetof(struct bench_args, has_rr_depth)},
+    {.name = "set",
+     .letter = 'P',
+     .type = ARG_LIST,
+     .argument = "NAME=VALUE",
+     .help = "set a variable, as for trace (buffers, frame); may be repeated",
+     .fallback = "buffers: the defaults; frame: random values",
+     .offset = offsetof(struct bench_args, values)},
     {.name = "peers",
      .type = ARG_FILE,
      .argument = "PYTHON",
@@ -175,6 +183,9 @@ static char *make_options(const struct bench_args *a, uint32_t first_file)
         jo_count(&j, NULL, a->size[1]);
         jo_end(&j);
     }
+    jo_array(&j, "set");
+    for (uint32_t i = 0; i < a->values.n; i++) jo_string(&j, NULL, a->values.items[i]);
+    jo_end(&j);
     jo_array(&j, "files");
     for (uint32_t i = first_file; i < a->common.n_operands; i++)
         jo_string(&j, NULL, a->common.operands[i]);
@@ -204,7 +215,7 @@ static int run_peers(const struct bench_args *a, const char *wanted)
 
 static int run(void *args)
 {
-    static const char *const kinds[] = {"kernels", "train", "trace", "frame"};
+    static const char *const kinds[] = {"kernels", "train", "trace", "buffers", "frame"};
     const struct bench_args *a = args;
     const char *wanted = a->common.n_operands > 0 ? a->common.operands[0] : NULL;
     struct app app;
@@ -216,7 +227,7 @@ static int run(void *args)
     if (code == EXIT_OK && !is_known) {
         suggest(hint, sizeof hint, wanted, "", kinds, COUNT_OF(kinds));
         code = app_error(&app, EXIT_USAGE,
-                         "bench \"%s\": nothing of that name (kernels, trace, train, frame)%s",
+                         "bench \"%s\": nothing of that name (kernels, trace, train, buffers, frame)%s",
                          wanted, hint);
     }
     if (code == EXIT_OK) options = make_options(a, wanted ? 1 : 0);
@@ -226,7 +237,7 @@ static int run(void *args)
         const char *json = NULL;
         if (wanted && strcmp(wanted, kinds[i]) != 0) continue;
         app_begin(&app, kinds[i], NULL, 1.0);
-        if (strcmp(kinds[i], "trace") == 0 || strcmp(kinds[i], "frame") == 0)
+        if (strcmp(kinds[i], "kernels") != 0 && strcmp(kinds[i], "train") != 0)
             app_detail(&app, "%s: %s", kinds[i], options);
         const lmn_status status = lmn_bench(app.context, kinds[i], options, &json);
         if (status != LMN_OK) {
@@ -247,8 +258,8 @@ static int run(void *args)
 
 const struct command command_bench = {
     .name = "bench",
-    .operands = "[kernels|trace|train|frame] [FILE]...",
-    .summary = "Measure kernels, path tracing, training steps and frames",
+    .operands = "[kernels|trace|train|buffers|frame] [FILE]...",
+    .summary = "Measure kernels, path tracing, training steps, buffers and frames",
     .groups = groups,
     .n_groups = COUNT_OF(groups),
     .args_size = sizeof(struct bench_args),

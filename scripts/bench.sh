@@ -17,7 +17,7 @@ measure() { # measure NAME COMMAND...
     "$@" >"$out/$name.json" || { status=1; rm -f "$out/$name.json"; }
 }
 
-for what in kernels train trace frame; do
+for what in kernels train trace buffers frame; do
     measure "$what" build/release/lumenaut bench "$what" --json
 done
 if .venv/bin/python -c 'import torch, mitsuba' 2>/dev/null; then

@@ -48,7 +48,7 @@ def scene_name(path):
 def ours(folder):
     lines = []
     kernels, train = load(folder, "kernels"), load(folder, "train")
-    trace, frame = load(folder, "trace"), load(folder, "frame")
+    trace, buffers, frame = load(folder, "trace"), load(folder, "buffers"), load(folder, "frame")
     if train:
         lines += ["## Training step", "", f"`lumenaut bench train --runs {train['runs']}`", ""]
         rows = [(r["width"], r["patches"], f"{r['step_s']:.3f}", f"{r['gflops']:.0f}",
@@ -69,6 +69,11 @@ def ours(folder):
                  f"{r['build_s']:.2f}", f"{1e3 * r['change_s']:.3f}") for r in trace["results"]]
         lines += table(("scene", "size", "spp", "depth", "triangles", "Mpaths/s", "load s", "build s",
                         "change ms"), rows)
+    if buffers:
+        lines += ["## First-hit buffers", "", f"`lumenaut bench buffers --runs {buffers['runs']}`", ""]
+        rows = [(scene_name(r["file"]), f"{r['size'][0]}x{r['size'][1]}", r["buffer_spp"],
+                 f"{1e3 * r['buffers_s']:.1f}", f"{r['frames_per_s']:.1f}") for r in buffers["results"]]
+        lines += table(("scene", "size", "spp", "ms", "frames/s"), rows)
     if frame:
         lines += ["## A frame by the network", "", f"`lumenaut bench frame --runs {frame['runs']}`", ""]
         rows = [(scene_name(r["file"]), f"{r['size'][0]}x{r['size'][1]}", r["width"], r["variables"],

@@ -394,8 +394,9 @@ LMN_API lmn_status lmn_model_eval(lmn_context *context, const lmn_model *model,
 LMN_API lmn_status lmn_plot(lmn_context *context, const char *const *paths, uint32_t n_paths,
                             const char *svg_path);
 
-/* Measures and describes in JSON: what = "kernels", "trace", "train" or "frame". options_json is
- * documented in lumenaut-bench(1). *json belongs to the context until the next call. */
+/* Measures and describes in JSON: what = "kernels", "trace", "train", "buffers" or "frame".
+ * options_json is documented in lumenaut-bench(1). *json belongs to the context until the next
+ * call. */
 LMN_API lmn_status lmn_bench(lmn_context *context, const char *what, const char *options_json,
                              const char **json);
 

@@ -197,14 +197,14 @@ static lmn_status read_options(const json_t *root, struct bench_options *o, cons
     TRY(read_depth(root, "max_depth", &o->max_depth, err));
     TRY(read_depth(root, "rr_depth", &o->rr_depth, err));
     if (o->runs == 0 || o->width == 0 || o->patches == 0)
-        status = fail(err, LMN_ERR_ARGUMENT, "bench: runs, width and patches are at least 1");
+        return fail(err, LMN_ERR_ARGUMENT, "bench: runs, width and patches are at least 1");
     if (size) {
         o->size[0] = (uint32_t)json_integer_value(json_array_get(size, 0));
         o->size[1] = (uint32_t)json_integer_value(json_array_get(size, 1));
         if (o->size[0] < 1 || o->size[1] < 1 || o->size[0] > IMAGE_MAX_SIDE ||
             o->size[1] > IMAGE_MAX_SIDE)
-            status = fail(err, LMN_ERR_ARGUMENT, "bench: size: a side has 1 to %d pixels",
-                          IMAGE_MAX_SIDE);
+            return fail(err, LMN_ERR_ARGUMENT, "bench: size: a side has 1 to %d pixels",
+                        IMAGE_MAX_SIDE);
     }
     TRY(read_texts(root, "files", files, &o->n_files, err));
     TRY(read_texts(root, "set", sets, &o->n_sets, err));
@@ -249,7 +249,8 @@ lmn_status lmn_bench(lmn_context *context, const char *what, const char *options
     size_t kind = 0;
     while (kind < N_KINDS && strcmp(kinds[kind].name, what) != 0) kind++;
     if (kind == N_KINDS)
-        status = fail(err, LMN_ERR_ARGUMENT, "bench \"%s\": kernels, trace, train, buffers or frame", what);
+        status = fail(err, LMN_ERR_ARGUMENT,
+                      "bench \"%s\": kernels, trace, train, buffers or frame", what);
     else
         status = kinds[kind].run(context, &o, &j, err);
     if (status != LMN_OK) goto done;

@@ -56,10 +56,11 @@ struct accel_rays {
     const float *o[3], *d[3], *t_max;
 };
 
-/* The rays of `lanes` [n], n <= ACCEL_PACKET, at once; hits and flags are indexed by lane. */
+/* The rays of `lanes` [n], n <= ACCEL_PACKET, at once; hits and flags are indexed by lane.
+ * is_coherent: rays from one place in nearly one direction. */
 enum { ACCEL_PACKET = 16 };
 void accel_intersect_packet(const struct accel_top *t, const struct accel_rays *rays,
-                            const uint32_t *lanes, uint32_t n, struct hit *hits);
+                            const uint32_t *lanes, uint32_t n, bool is_coherent, struct hit *hits);
 void accel_occluded_packet(const struct accel_top *t, const struct accel_rays *rays,
                            const uint32_t *lanes, uint32_t n, bool *is_occluded);
 

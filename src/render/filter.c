@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/filter.h"
 
-#include "math/warp.h"
-
 /* Integral of exp(-x^2 / 2 s^2) - exp(-r^2 / 2 s^2) from 0 to x. */
 static double gaussian_integral(const struct filter *f, double x)
 {
@@ -95,32 +93,13 @@ static float cumulative(const struct filter *f, float x)
     return x < 0.0f ? 0.5f - half : 0.5f + half;
 }
 
-static float quantile(const struct filter *f, float u)
-{
-    float r = f->radius;
-    switch (f->kind) {
-    case FILTER_BOX:
-        return r * (2.0f * u - 1.0f);
-    case FILTER_TENT:
-        return r * warp_tent(u);
-    case FILTER_GAUSSIAN: {
-        float rest = 2.0f * (u < 0.5f ? u : 1.0f - u), part = 256.0f * (1.0f - sqrtf(rest));
-        int i = (int)part;
-        if (i > 255) i = 255;
-        float x = f->table[i] + (f->table[i + 1] - f->table[i]) * (part - (float)i);
-        return u < 0.5f ? -x : x;
-    }
-    }
-    return 0.0f;
-}
-
 float filter_sample(const struct filter *f, float u, float low, float high)
 {
     if (low > -f->radius || high < f->radius) {
         float a = low > -f->radius ? cumulative(f, low) : 0.0f;
         float b = high < f->radius ? cumulative(f, high) : 1.0f;
-        float x = quantile(f, a + (b - a) * u);
+        float x = filter_quantile(f, f->kind, a + (b - a) * u);
         return min_float(max_float(x, low), high);
     }
-    return quantile(f, u);
+    return filter_quantile(f, f->kind, u);
 }

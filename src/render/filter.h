@@ -2,6 +2,7 @@
 #ifndef RENDER_FILTER_H
 #define RENDER_FILTER_H
 
+#include "math/warp.h"
 #include "scene/scene.h"
 
 /*
@@ -30,6 +31,20 @@ static inline float filter_weight(const struct filter *f, float x)
     float at = min_float(fabsf(x) * f->steps, (float)FILTER_STEPS);
     uint32_t i = (uint32_t)at;
     return f->profile[i] + (at - (float)i) * (f->profile[i + 1] - f->profile[i]);
+}
+
+/* The distance from the pixel's centre that u in [0,1) falls on, for f->kind, which vector code
+ * knows beforehand. */
+static inline float filter_quantile(const struct filter *f, enum filter_kind kind, float u)
+{
+    float r = f->radius;
+    if (kind == FILTER_BOX) return r * (2.0f * u - 1.0f);
+    if (kind == FILTER_TENT) return r * warp_tent(u);
+    float rest = 2.0f * (u < 0.5f ? u : 1.0f - u), part = 256.0f * (1.0f - sqrtf(rest));
+    int i = (int)part;
+    i = i > 255 ? 255 : i;
+    float x = f->table[i] + (f->table[i + 1] - f->table[i]) * (part - (float)i);
+    return u < 0.5f ? -x : x;
 }
 
 /* A distance from the pixel's centre, u uniform in [0,1), restricted to [low, high] (-INFINITY and

@@ -126,23 +126,6 @@ static void put3(float *to, struct vec3 v)
     to[2] += v.z;
 }
 
-/* The paper's encoding of the direction to the camera: in a frame whose tangent comes from a fixed
- * vector (method notes 1.2), with |z| and x, y moved to [0,1]. */
-static struct vec3 encode_direction(struct vec3 n, struct vec3 d)
-{
-    const float third = 0.57735026918962576451f;
-    struct vec3 fixed = vec3_splat(third);
-    struct vec3 s = vec3_madd(fixed, n, -vec3_dot(n, fixed));
-    float length = vec3_length(s);
-    struct frame f = frame_from_normal(n);
-    if (length > 1e-4f) {
-        f.s = vec3_scale(s, 1.0f / length);
-        f.t = vec3_cross(n, f.s);
-    }
-    struct vec3 local = frame_to_local(&f, d);
-    return vec3(0.5f * (local.x + 1.0f), 0.5f * (local.y + 1.0f), fabsf(local.z));
-}
-
 void path_add_buffers(const struct view *v, const struct trace_settings *t,
                       const struct ray *primary, float offset, const struct hit *first,
                       float *buffers)
@@ -168,7 +151,7 @@ void path_add_buffers(const struct view *v, const struct trace_settings *t,
     put3(buffers + BUFFER_ALBEDO, bsdf_albedo(&b));
     buffers[BUFFER_ROUGHNESS] += bsdf_roughness(&b);
     put3(buffers + BUFFER_WO, wo);
-    if (b.kind != BSDF_DIFFUSE) put3(buffers + BUFFER_WI, encode_direction(n, wo));
+    if (b.kind != BSDF_DIFFUSE) put3(buffers + BUFFER_WI, path_encode_direction(n, wo));
     if (!t->hide_emitters)
         put3(buffers + BUFFER_EMISSION, light_surface_radiance(v, &s, primary->d));
     buffers[BUFFER_DEPTH] += s.t + offset;

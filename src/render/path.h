@@ -63,6 +63,27 @@ struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
                           const struct ray *primary, const struct hit *hit,
                           const struct photon_map *photons, struct sampler *sampler);
 
+/* The paper's encoding of the direction to the camera: in a frame whose tangent comes from a fixed
+ * vector (method notes 1.2), with |z| and x, y moved to [0,1]. */
+static inline struct vec3 path_encode_direction(struct vec3 n, struct vec3 d)
+{
+    const float third = 0.57735026918962576451f;
+    struct vec3 fixed = vec3_splat(third);
+    struct vec3 s = vec3_madd(fixed, n, -vec3_dot(n, fixed));
+    float length = vec3_length(s), scale = 1.0f / length;
+    bool is_usable = length > 1e-4f;
+    struct frame f = frame_from_normal(n);
+    f.s.x = is_usable ? s.x * scale : f.s.x;
+    f.s.y = is_usable ? s.y * scale : f.s.y;
+    f.s.z = is_usable ? s.z * scale : f.s.z;
+    struct vec3 t = vec3_cross(n, f.s);
+    f.t.x = is_usable ? t.x : f.t.x;
+    f.t.y = is_usable ? t.y : f.t.y;
+    f.t.z = is_usable ? t.z : f.t.z;
+    struct vec3 local = frame_to_local(&f, d);
+    return vec3(0.5f * (local.x + 1.0f), 0.5f * (local.y + 1.0f), fabsf(local.z));
+}
+
 /* Adds the first hit's BUFFER_* channels to buffers [BUFFER_CHANNELS], ids excepted. `offset`: how
  * far from the pinhole the ray starts. */
 void path_add_buffers(const struct view *v, const struct trace_settings *t,

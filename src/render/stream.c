@@ -97,12 +97,12 @@ static uint32_t next_packet(const struct stream *s, const uint32_t *flags, uint3
     return n;
 }
 
-void stream_cast(struct stream *s, const struct view *v)
+void stream_cast(struct stream *s, const struct view *v, bool is_first)
 {
     const struct accel_rays rays = {{s->o.x, s->o.y, s->o.z}, {s->d.x, s->d.y, s->d.z}, s->t_max};
     for (uint32_t first = 0; first < s->n;) {
         uint32_t lanes[STREAM_PACKET], n = next_packet(s, s->is_alive, &first, lanes);
-        accel_intersect_packet(v->top, &rays, lanes, n, s->hit);
+        accel_intersect_packet(v->top, &rays, lanes, n, is_first, s->hit);
     }
 }
 
@@ -399,6 +399,6 @@ void stream_trace(struct stream *s, const struct view *v, const struct trace_set
         v->world->kernels->draw(s, t->sampler, path_dimension(depth));
         connect(s, v, t);
         scatter(s, v, t, depth);
-        stream_cast(s, v);
+        stream_cast(s, v, false);
     }
 }

@@ -118,6 +118,8 @@ struct stream_film {
     uint64_t seed;
 };
 
+struct first_hits;
+
 /* Steps over all lanes of a stream, alive or not. */
 struct stream_kernels {
     const char *name;
@@ -142,6 +144,10 @@ struct stream_kernels {
     void (*scatter)(struct stream *s, float least_survival);
     /* Paths whose ray misses all boxes die. */
     void (*aim)(struct stream *s, const struct bounds *boxes, uint32_t n_boxes);
+    /* Buffers (buffers.h): primary rays of a pinhole, but at the picture's border; then normals,
+     * directions and depth. */
+    void (*look_at)(struct first_hits *f, const struct stream_film *film);
+    void (*describe)(struct first_hits *f);
 };
 
 extern const struct stream_kernels stream_kernels_baseline, stream_kernels_avx2,
@@ -158,8 +164,8 @@ void stream_add(struct stream *s, const struct stream_film *f, uint32_t x, uint3
 /* Makes the primary rays of what was added. */
 void stream_start(struct stream *s, const struct view *v, const struct stream_film *f);
 
-/* Casts all rays: fills in s->hit. */
-void stream_cast(struct stream *s, const struct view *v);
+/* Casts all rays: fills in s->hit. is_first: primary rays, whose packets go about together. */
+void stream_cast(struct stream *s, const struct view *v, bool is_first);
 
 /* Follows all paths from the hits of their primary rays to their ends: s->radiance. */
 void stream_trace(struct stream *s, const struct view *v, const struct trace_settings *t);

@@ -319,6 +319,8 @@ static void aim(struct stream *s, const struct bounds *boxes, uint32_t n_boxes)
     for (uint32_t i = 0; i < n; i++) s->is_alive[i] &= n_boxes > 0 ? s->is_aimed[i] : 0;
 }
 
+#include "render/buffers_kernels.h"
+
 const struct stream_kernels STREAM_KERNELS = {
     .name = STREAM_NAME,
     .start = start,
@@ -331,4 +333,6 @@ const struct stream_kernels STREAM_KERNELS = {
     .sample = sample,
     .scatter = scatter,
     .aim = aim,
+    .look_at = look_at,
+    .describe = describe,
 };

@@ -11,15 +11,18 @@ void texture_decode_init(float decode[2][256])
     }
 }
 
-/* The column or row that index i stands for outside of 0 .. n-1. */
-static uint32_t wrap(int64_t i, uint32_t n, enum texture_wrap mode)
+/* The column or row that index i, within 2^30, stands for outside of 0 .. n-1; a picture has less
+ * than 2^16. Division is slow: 32 bits of it are enough, and less where i is near. */
+static uint32_t wrap(int32_t i, uint32_t n_texels, enum texture_wrap mode)
 {
-    if (i >= 0 && i < (int64_t)n) return (uint32_t)i;
-    if (mode == TEXTURE_CLAMP) return i < 0 ? 0 : n - 1;
-    int64_t period = mode == TEXTURE_MIRROR ? 2 * (int64_t)n : (int64_t)n;
-    int64_t r = i % period;
+    const int32_t n = (int32_t)n_texels;
+    if (i >= 0 && i < n) return (uint32_t)i;
+    if (mode == TEXTURE_CLAMP) return i < 0 ? 0 : n_texels - 1;
+    int32_t period = mode == TEXTURE_MIRROR ? 2 * n : n;
+    int32_t r = i < 0 ? i + period : i - period;
+    if (r < 0 || r >= period) r = i % period;
     if (r < 0) r += period;
-    return (uint32_t)(r < (int64_t)n ? r : period - 1 - r);
+    return (uint32_t)(r < n ? r : period - 1 - r);
 }
 
 static struct vec3 bitmap_eval(const struct texture_set *set, const struct texture *t, float u,
@@ -31,15 +34,15 @@ static struct vec3 bitmap_eval(const struct texture_set *set, const struct textu
     /* Far outside, floats hold no fraction any more and integers would overflow. */
     if (!(fabsf(x) < 1e9f && fabsf(y) < 1e9f)) x = y = 0.0f;
     if (t->filter == TEXTURE_NEAREST)
-        return bitmap_texel(b, decode, wrap((int64_t)floor_float(x), b->width, t->wrap),
-                            wrap((int64_t)floor_float(y), b->height, t->wrap));
+        return bitmap_texel(b, decode, wrap((int32_t)floor_float(x), b->width, t->wrap),
+                            wrap((int32_t)floor_float(y), b->height, t->wrap));
     x -= 0.5f;
     y -= 0.5f;
     float fx = floor_float(x), fy = floor_float(y);
-    uint32_t x0 = wrap((int64_t)fx, b->width, t->wrap),
-             x1 = wrap((int64_t)fx + 1, b->width, t->wrap),
-             y0 = wrap((int64_t)fy, b->height, t->wrap),
-             y1 = wrap((int64_t)fy + 1, b->height, t->wrap);
+    uint32_t x0 = wrap((int32_t)fx, b->width, t->wrap),
+             x1 = wrap((int32_t)fx + 1, b->width, t->wrap),
+             y0 = wrap((int32_t)fy, b->height, t->wrap),
+             y1 = wrap((int32_t)fy + 1, b->height, t->wrap);
     float wx = x - fx, wy = y - fy;
     struct vec3 top = vec3_madd(vec3_scale(bitmap_texel(b, decode, x0, y0), 1.0f - wx),
                                 bitmap_texel(b, decode, x1, y0), wx);
@@ -61,8 +64,8 @@ struct vec2 texture_gradient_1(const struct texture_set *set, uint32_t index, fl
     for (int j = 0; j < 2; j++)
         for (int i = 0; i < 2; i++)
             corner[j][i] = vec3_luminance(
-                vec3_mul(bitmap_texel(b, decode, wrap((int64_t)fx + i, b->width, t->wrap),
-                                      wrap((int64_t)fy + j, b->height, t->wrap)),
+                vec3_mul(bitmap_texel(b, decode, wrap((int32_t)fx + i, b->width, t->wrap),
+                                      wrap((int32_t)fy + j, b->height, t->wrap)),
                          t->value));
     float wx = x - fx, wy = y - fy;
     float dx = (corner[0][1] - corner[0][0]) * (1.0f - wy) + (corner[1][1] - corner[1][0]) * wy;

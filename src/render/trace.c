@@ -4,8 +4,8 @@
 
 #include "base/mem.h"
 #include "base/pool.h"
+#include "render/buffers.h"
 #include "render/film.h"
-#include "render/stream.h"
 #include "render/view.h"
 #include "render/world.h"
 
@@ -64,7 +64,8 @@ static void job_init(struct job *j, const struct view *v, const struct trace_set
     if (t->splats && j->needs_light && !out->groups) j->film.margin = film_margin(&j->film.filter);
 }
 
-/* What is asked for, in one job or in two: buffers are never splatted. Returns how many. */
+/* What is asked for, in one job or in two: buffers are never splatted, and of few samples they have
+ * packets of their own. Returns how many. */
 static int jobs_init(struct job jobs[2], const struct view *v, const struct trace_settings *t,
                      const struct window *w, const struct trace_output *out)
 {
@@ -72,7 +73,8 @@ static int jobs_init(struct job jobs[2], const struct view *v, const struct trac
     struct trace_output light = *out;
     light.buffers = NULL;
     job_init(&jobs[0], v, t, w, out);
-    if (!out->buffers || jobs[0].film.margin == 0) return 1;
+    if (!out->buffers || !jobs[0].needs_light) return 1;
+    if (jobs[0].film.margin == 0 && jobs[0].settings.spp >= BUFFERS_BLOCK_SPP) return 1;
     job_init(&jobs[0], v, t, w, &buffers);
     job_init(&jobs[1], v, t, w, &light);
     return 2;
@@ -93,42 +95,29 @@ static void store(float *to, size_t pixel, struct vec3 sum, float scale)
 
 /* A part of the picture, and where its samples go. */
 struct tile {
-    uint32_t x, y, width, height;      /* in the picture; pixels are counted row by row */
-    struct film_tile *splats;          /* NULL: samples count for their pixel */
-    struct vec3 (*sums)[2];            /* else: of a pixel's even and odd samples */
-    float (*buffers)[BUFFER_CHANNELS]; /* of a pixel */
+    uint32_t x, y, width, height; /* in the picture; pixels are counted row by row */
+    struct film_tile *splats;     /* NULL: samples count for their pixel */
+    struct vec3 (*sums)[2];       /* else: of a pixel's even and odd samples */
 };
 
-/* Where a path belongs. */
-struct origin {
-    uint32_t pixel; /* of the tile */
-    uint32_t sample;
+/* Where the paths of a stream belong. */
+struct origins {
+    uint32_t pixel[STREAM_SIZE]; /* of the tile */
+    uint32_t sample[STREAM_SIZE];
 };
-
-static void add_buffers(const struct job *j, struct tile *tile, const struct origin *o,
-                        const struct ray *ray, float offset, const struct hit *hit)
-{
-    const struct view *v = j->view;
-    float *buffers = tile->buffers[o->pixel];
-    path_add_buffers(v, &j->settings, ray, offset, hit, buffers);
-    if (o->sample != 0 || hit->shape == SCENE_NONE) return;
-    const struct view_instance *instance = &v->instances[hit->instance];
-    buffers[BUFFER_SHAPE_ID] = (float)(instance->shapes[hit->shape].index + 1);
-    buffers[BUFFER_PRIMITIVE_ID] = (float)hit->primitive;
-}
 
 /* A sample at the point (x, y). One that is no number (broken normals in a file, an overflow) is
  * black. */
-static void add_radiance(const struct job *j, struct tile *tile, const struct origin *o, float x,
-                         float y, struct vec3 radiance)
+static void add_radiance(const struct job *j, struct tile *tile, uint32_t pixel, uint32_t sample,
+                         float x, float y, struct vec3 radiance)
 {
     if (!vec3_is_finite(radiance)) radiance = vec3_splat(0.0f);
     if (tile->splats) {
-        const struct film_sample at = {tile->x + o->pixel % tile->width,
-                                       tile->y + o->pixel / tile->width, o->sample & 1, x, y};
+        const struct film_sample at = {tile->x + pixel % tile->width, tile->y + pixel / tile->width,
+                                       sample & 1, x, y};
         film_tile_add(tile->splats, &j->film.filter, j->film.margin, &at, radiance);
     } else {
-        struct vec3 *sum = &tile->sums[o->pixel][o->sample & 1];
+        struct vec3 *sum = &tile->sums[pixel][sample & 1];
         *sum = vec3_add(*sum, radiance);
     }
 }
@@ -138,6 +127,16 @@ static size_t pixel_of(const struct job *j, const struct tile *tile, uint32_t i)
 {
     uint32_t x = tile->x - j->window.x, y = tile->y - j->window.y;
     return (size_t)(y + i / tile->width) * j->window.width + x + i % tile->width;
+}
+
+static struct buffers_tile buffers_of(const struct job *j, const struct tile *tile)
+{
+    return (struct buffers_tile){.x = tile->x,
+                                 .y = tile->y,
+                                 .width = tile->width,
+                                 .height = tile->height,
+                                 .to = j->out.buffers + pixel_of(j, tile, 0) * BUFFER_CHANNELS,
+                                 .stride = (size_t)j->window.width * BUFFER_CHANNELS};
 }
 
 /* Turns sums by group into means, and their sum into the pixel's colour. */
@@ -156,25 +155,24 @@ static void store_groups(const struct job *j, size_t pixel, float scale)
 
 /* Traces what the stream holds and adds it to the tile. */
 static void flush(const struct job *j, struct tile *tile, struct stream *s,
-                  const struct origin *origins)
+                  const struct origins *origins)
 {
     uint32_t n = s->n; /* tracing leaves fewer lanes */
     float x[STREAM_SIZE], y[STREAM_SIZE];
     stream_start(s, j->view, &j->film);
     memcpy(x, s->u[0], n * sizeof *x);
     memcpy(y, s->u[1], n * sizeof *y);
-    stream_cast(s, j->view);
-    for (uint32_t i = 0; j->out.buffers && i < n; i++) {
-        struct ray ray = {lanes3_get(&s->o, i), 0.0f, lanes3_get(&s->d, i), s->t_max[i]};
-        add_buffers(j, tile, &origins[i], &ray, s->offset[i], &s->hit[i]);
+    stream_cast(s, j->view, true);
+    if (j->out.buffers) {
+        const struct buffers_tile buffers = buffers_of(j, tile);
+        buffers_add_stream(j->view, &j->settings, s, &buffers, origins->sample, origins->pixel);
     }
     for (uint32_t i = 0; j->out.groups && i < n; i++)
-        s->place[i] = 3 * pixel_of(j, tile, origins[i].pixel);
-    if (j->needs_light) {
-        stream_trace(s, j->view, &j->settings);
-        for (uint32_t i = 0; i < n; i++)
-            add_radiance(j, tile, &origins[i], x[i], y[i], lanes3_get(&s->radiance, i));
-    }
+        s->place[i] = 3 * pixel_of(j, tile, origins->pixel[i]);
+    stream_trace(s, j->view, &j->settings);
+    for (uint32_t i = 0; i < n; i++)
+        add_radiance(j, tile, origins->pixel[i], origins->sample[i], x[i], y[i],
+                     lanes3_get(&s->radiance, i));
     s->n = 0;
 }
 
@@ -188,10 +186,6 @@ static void store_tile(const struct job *j, const struct tile *tile)
         store(j->out.half_a, pixel, sums[0], 2.0f * scale);
         store(j->out.half_b, pixel, sums[1], 2.0f * scale);
         if (j->out.groups) store_groups(j, pixel, scale);
-        if (!j->out.buffers) continue;
-        float *to = j->out.buffers + pixel * BUFFER_CHANNELS;
-        memcpy(to, tile->buffers[i], sizeof *tile->buffers);
-        for (int c = 0; c < BUFFER_SHAPE_ID; c++) to[c] *= scale;
     }
 }
 
@@ -206,7 +200,12 @@ typedef void tile_fn(const struct job *j, struct tile *tile);
 static void trace_tile(const struct job *j, struct tile *tile)
 {
     struct stream stream;
-    struct origin origins[STREAM_SIZE];
+    struct origins origins;
+    if (!j->needs_light) {
+        const struct buffers_tile buffers = buffers_of(j, tile);
+        buffers_trace(j->view, &j->settings, &j->film, &buffers);
+        return;
+    }
     stream.n = 0;
     stream.groups = j->out.groups;
     stream.group_of = j->out.group_of;
@@ -216,13 +215,14 @@ static void trace_tile(const struct job *j, struct tile *tile)
             /* The same samples of a pixel share a stream wherever the pixel is. */
             uint32_t rest = j->settings.spp - i;
             if (i % STREAM_SIZE == 0 && stream.n + min_u32(rest, STREAM_SIZE) > STREAM_SIZE)
-                flush(j, tile, &stream, origins);
-            origins[stream.n] = (struct origin){.pixel = pixel, .sample = i};
+                flush(j, tile, &stream, &origins);
+            origins.pixel[stream.n] = pixel;
+            origins.sample[stream.n] = i;
             stream_add(&stream, &j->film, tile->x + pixel % tile->width,
                        tile->y + pixel / tile->width, j->settings.first_sample + i);
         }
     }
-    flush(j, tile, &stream, origins);
+    flush(j, tile, &stream, &origins);
 }
 
 /* ---- Tiles of a window ----------------------------------------------------------------------- */
@@ -234,14 +234,16 @@ static void trace_pixels(const struct job *j, uint32_t x, uint32_t y, tile_fn *t
     unsigned before = _mm_getcsr();
     _mm_setcsr(before | FAST_FLOATS);
     struct vec3 sums[TILE * TILE][2];
-    float buffers[TILE * TILE][BUFFER_CHANNELS];
-    struct tile tile = {.x = w->x + x, .y = w->y + y, .sums = sums, .buffers = buffers};
+    struct tile tile = {.x = w->x + x, .y = w->y + y, .sums = sums};
     tile.width = min_u32(w->width - x, TILE);
     tile.height = min_u32(w->height - y, TILE);
     if (j->needs_light) memset(sums, 0, sizeof sums);
-    if (j->out.buffers) memset(buffers, 0, sizeof buffers);
     trace(j, &tile);
-    store_tile(j, &tile);
+    if (j->needs_light) store_tile(j, &tile);
+    if (j->out.buffers) {
+        const struct buffers_tile buffers = buffers_of(j, &tile);
+        buffers_scale(&j->settings, &buffers);
+    }
     _mm_setcsr(before);
 }
 
@@ -317,15 +319,16 @@ void view_trace(const struct view *v, const struct trace_settings *t, const stru
 
 /* ---- One path after another ------------------------------------------------------------------ */
 
-/* The primary ray of sample o, through the point `at` of the picture, and its sampler. */
-static struct ray start_path(const struct job *j, const struct tile *tile, const struct origin *o,
-                             struct sampler *sampler, struct vec2 *at, float *offset)
+/* The primary ray of a sample, through the point `at` of the picture, and its sampler. */
+static struct ray start_path(const struct job *j, const struct tile *tile, uint32_t pixel,
+                             uint32_t sample, struct sampler *sampler, struct vec2 *at,
+                             float *offset)
 {
     const struct stream_film *f = &j->film;
-    uint32_t x = tile->x + o->pixel % tile->width, y = tile->y + o->pixel / tile->width;
+    uint32_t x = tile->x + pixel % tile->width, y = tile->y + pixel / tile->width;
     float cx = (float)x + 0.5f, cy = (float)y + 0.5f;
     *sampler = sampler_start(f->sampler, f->seed, (uint64_t)y * f->width + x,
-                             j->settings.first_sample + o->sample);
+                             j->settings.first_sample + sample);
     struct vec2 u = sampler_next_2d(sampler);
     if (f->margin > 0) {
         at->x = u.x + (cx - 0.5f);
@@ -341,18 +344,19 @@ static void trace_tile_plain(const struct job *j, struct tile *tile)
 {
     for (uint32_t pixel = 0; pixel < tile->width * tile->height; pixel++) {
         for (uint32_t i = 0; i < j->settings.spp; i++) {
-            struct origin o = {.pixel = pixel, .sample = i};
             struct sampler sampler;
             struct hit hit;
             struct vec2 at;
             float offset;
-            struct ray ray = start_path(j, tile, &o, &sampler, &at, &offset);
+            struct ray ray = start_path(j, tile, pixel, i, &sampler, &at, &offset);
             accel_intersect(j->view->top, &ray, &hit);
-            if (j->out.buffers) add_buffers(j, tile, &o, &ray, offset, &hit);
+            if (j->out.buffers)
+                buffers_add_plain(j->view, &j->settings, &ray, offset, &hit, i,
+                                  j->out.buffers + pixel_of(j, tile, pixel) * BUFFER_CHANNELS);
             if (!j->needs_light) continue;
             struct vec3 radiance = path_radiance(j->view, &j->settings, &ray, &hit,
                                                  j->settings.photons[i & 1], &sampler);
-            add_radiance(j, tile, &o, at.x, at.y, radiance);
+            add_radiance(j, tile, pixel, i, at.x, at.y, radiance);
         }
     }
 }

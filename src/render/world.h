@@ -129,6 +129,8 @@ struct light_table {
     float pdf[LIGHT_TABLE_SIZE];   /* density of the light's points per area */
 };
 
+struct look;
+
 enum { VIEW_BOXES = 8, VIEW_NO_BOXES = VIEW_BOXES + 1 };
 
 struct view {
@@ -137,6 +139,7 @@ struct view {
     struct accel_top *top;
     struct texture_set textures;
     struct material *materials;      /* [n_bsdfs] */
+    struct look *looks;              /* [n_bsdfs] */
     struct coat *coats;              /* one for each rough plastic */
     struct view_instance *instances; /* [n_instances] */
     struct instance *committed;      /* [n_instances]: as the top level has them */

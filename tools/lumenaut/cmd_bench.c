@@ -226,9 +226,10 @@ static int run(void *args)
     for (size_t i = 0; i < COUNT_OF(kinds); i++) is_known |= wanted && !strcmp(wanted, kinds[i]);
     if (code == EXIT_OK && !is_known) {
         suggest(hint, sizeof hint, wanted, "", kinds, COUNT_OF(kinds));
-        code = app_error(&app, EXIT_USAGE,
-                         "bench \"%s\": nothing of that name (kernels, trace, train, buffers, frame)%s",
-                         wanted, hint);
+        code = app_error(
+            &app, EXIT_USAGE,
+            "bench \"%s\": nothing of that name (kernels, trace, train, buffers, frame)%s", wanted,
+            hint);
     }
     if (code == EXIT_OK) options = make_options(a, wanted ? 1 : 0);
     if (code == EXIT_OK && !options) code = app_error(&app, EXIT_FAILED, "out of memory");

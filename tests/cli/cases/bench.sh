@@ -13,9 +13,9 @@ json 'len(d["results"]) == 2 and d["results"][1]["paths_per_s"] > 0 and d["resul
 json 'all(r["change_s"] > 0 and r["load_s"] > 0 and r["build_s"] > 0 for r in d["results"])' <p.json
 "$lumenaut" bench frame "$scene" $small --size 40x30 >f.json
 json 'd["results"][0]["frame_s"] > 0 and d["results"][0]["network_s"] > 0 and d["results"][0]["variables"] == 6' <f.json
-"$lumenaut" bench buffers "$scene" $small --size 40x30 --spp 2 -P 'wall.r=50%' >b.json
+"$lumenaut" bench buffers "$scene" $small --size 40x30 --spp 2 -P slide=50% >b.json
 json 'd["results"][0]["frames_per_s"] > 0 and d["results"][0]["buffer_spp"] == 2' <b.json
-code 2 "$lumenaut" bench buffers "$scene" $small -P nothing=1 2>&1
+code 3 "$lumenaut" bench buffers "$scene" $small -P nothing=1 2>&1
 "$lumenaut" bench $small "$scene" >all.json 2>&1 && exit 1
 "$lumenaut" bench trace "$scene" --runs 1 --size 16x16 -q
 code 3 "$lumenaut" bench trace missing.xml -q 2>&1

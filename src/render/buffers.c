@@ -1,0 +1,370 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/buffers.h"
+
+#include <string.h>
+#include <xmmintrin.h>
+
+#include "render/light.h"
+
+/* ---- Materials ------------------------------------------------------------------------------- */
+
+enum { MAX_NESTING = 12 }; /* as in bsdf_point.c */
+
+static bool is_turned(const struct material *materials, uint32_t index, int depth)
+{
+    const struct bsdf *b = materials[index].bsdf;
+    if (b->kind == BSDF_BUMPMAP || b->kind == BSDF_NORMALMAP) return true;
+    for (int i = 0; i < bsdf_n_children(b->kind) && depth < MAX_NESTING; i++)
+        if (b->child[i] != SCENE_NONE && is_turned(materials, b->child[i], depth + 1)) return true;
+    return false;
+}
+
+static bool is_same(const struct look *a, const struct look *b)
+{
+    return a->albedo.x == b->albedo.x && a->albedo.y == b->albedo.y && a->albedo.z == b->albedo.z &&
+           a->roughness == b->roughness && a->is_diffuse == b->is_diffuse;
+}
+
+static struct look look_of(const struct bsdf_point *p)
+{
+    return (struct look){.albedo = bsdf_albedo(p),
+                         .roughness = bsdf_roughness(p),
+                         .is_diffuse = p->kind == BSDF_DIFFUSE};
+}
+
+void buffers_init_looks(struct look *looks, const struct material *materials, uint32_t n_bsdfs,
+                        const struct texture_set *textures)
+{
+    for (uint32_t i = 0; i < n_bsdfs; i++) {
+        struct look *look = &looks[i];
+        struct bsdf_point p;
+        if (is_turned(materials, i, 0)) {
+            *look = (struct look){.kind = LOOK_TURNED};
+        } else if (materials[i].has_uv) {
+            *look = (struct look){.kind = LOOK_VARIES};
+        } else {
+            struct bsdf_place at = {.wi = {0, 0, 1}};
+            bsdf_point_init(&p, materials, i, textures, &at);
+            *look = look_of(&p);
+            at.wi.z = -1.0f;
+            bsdf_point_init(&p, materials, i, textures, &at);
+            struct look behind = look_of(&p);
+            if (!is_same(look, &behind)) look->kind = LOOK_VARIES;
+        }
+    }
+}
+
+/* ---- Lanes ----------------------------------------------------------------------------------- */
+
+static void put(struct first_hits *f, uint32_t channel, uint32_t i, struct vec3 v)
+{
+    f->values[channel][i] = v.x;
+    f->values[channel + 1][i] = v.y;
+    f->values[channel + 2][i] = v.z;
+}
+
+static struct ray lane_ray(const struct first_hits *f, uint32_t i)
+{
+    return (struct ray){lanes3_get(&f->o, i), 0.0f, lanes3_get(&f->d, i), f->t_max[i]};
+}
+
+/* A material that is not the same everywhere. Of the direction only the side matters. */
+static struct look look_up(const struct view *v, const struct surface *s, uint32_t bsdf,
+                           struct vec3 d)
+{
+    struct bsdf_point p;
+    struct surface here = *s;
+    surface_normals(&here.n, &here.frame.n);
+    here.wi = vec3(0.0f, 0.0f, vec3_dot(vec3_neg(d), here.frame.n));
+    const struct bsdf_place at = surface_place(&here, &v->materials[bsdf]);
+    bsdf_point_init(&p, v->materials, bsdf, &v->textures, &at);
+    return look_of(&p);
+}
+
+static void miss(struct first_hits *f, const struct view *v, const struct trace_settings *t,
+                 uint32_t i)
+{
+    const struct path seen = {.last_is_delta = true};
+    struct vec3 around = vec3_splat(0.0f);
+    for (uint32_t k = v->first_environment; !t->hide_emitters && k < v->n_lights; k++)
+        around = vec3_add(around,
+                          path_environment(v, t, &seen, &v->lights[k], lanes3_get(&f->d, i)));
+    put(f, BUFFER_POSITION, i, vec3_splat(0.0f));
+    put(f, BUFFER_ALBEDO, i, vec3_splat(0.0f));
+    f->values[BUFFER_ROUGHNESS][i] = 0.0f;
+    put(f, BUFFER_EMISSION, i, around);
+    f->values[BUFFER_SHAPE_ID][i] = f->values[BUFFER_PRIMITIVE_ID][i] = 0.0f;
+}
+
+/* Reads what a lane's ray has hit. False where the reference must describe it. */
+static bool fetch(struct first_hits *f, const struct view *v, const struct trace_settings *t,
+                  uint32_t i)
+{
+    struct surface s;
+    const struct ray ray = lane_ray(f, i);
+    surface_fetch(&s, v, &ray, &f->hit[i]);
+    const uint32_t bsdf = v->state.shape_bsdfs[s.shape->index];
+    struct look look = v->looks[bsdf];
+    f->values[BUFFER_SHAPE_ID][i] = (float)(s.shape->index + 1);
+    f->values[BUFFER_PRIMITIVE_ID][i] = (float)s.primitive;
+    if (look.kind == LOOK_TURNED) return false;
+    if (look.kind == LOOK_VARIES) look = look_up(v, &s, bsdf, ray.d);
+    f->t[i] = s.t;
+    lanes3_set(&f->normal, i, s.n);
+    lanes3_set(&f->shading, i, s.frame.n);
+    f->has_wi[i] = !look.is_diffuse;
+    put(f, BUFFER_POSITION, i, s.p);
+    put(f, BUFFER_ALBEDO, i, look.albedo);
+    f->values[BUFFER_ROUGHNESS][i] = look.roughness;
+    struct vec3 emission = vec3_splat(0.0f);
+    if (s.shape->emitter != SCENE_NONE && !t->hide_emitters) {
+        surface_normals(&s.n, &s.frame.n);
+        emission = light_surface_radiance(v, &s, ray.d);
+    }
+    put(f, BUFFER_EMISSION, i, emission);
+    return true;
+}
+
+static void describe_plain(struct first_hits *f, const struct view *v,
+                           const struct trace_settings *t, uint32_t i)
+{
+    float one[BUFFER_CHANNELS] = {0}; /* ids are there already */
+    const struct ray ray = lane_ray(f, i);
+    path_add_buffers(v, t, &ray, f->offset[i], &f->hit[i], one);
+    for (uint32_t c = 0; c < BUFFER_SHAPE_ID; c++) f->values[c][i] = one[c];
+}
+
+/* From hits to values. */
+static void describe(struct first_hits *f, const struct view *v, const struct trace_settings *t,
+                     const uint32_t *lanes, uint32_t n_lanes)
+{
+    uint32_t plain[STREAM_SIZE], n_plain = 0;
+    for (uint32_t k = 0; k < n_lanes; k++) {
+        const uint32_t i = lanes[k];
+        f->is_hit[i] = f->hit[i].shape != SCENE_NONE;
+        if (!f->is_hit[i])
+            miss(f, v, t, i);
+        else if (!fetch(f, v, t, i))
+            plain[n_plain++] = i;
+    }
+    v->world->kernels->describe(f);
+    for (uint32_t k = 0; k < n_plain; k++) describe_plain(f, v, t, plain[k]);
+}
+
+/* Adds a lane to its pixel, of which the first sample comes first: it has the ids. Adding to 0
+ * makes a positive zero of a negative one, as in the reference. */
+static void add(const struct first_hits *f, uint32_t i, uint32_t sample, float *to)
+{
+    if (sample > 0)
+        for (uint32_t c = 0; c < BUFFER_SHAPE_ID; c++) to[c] += f->values[c][i];
+    else
+        for (uint32_t c = 0; c < BUFFER_CHANNELS; c++) to[c] = 0.0f + f->values[c][i];
+}
+
+/* The same for the first samples of four pixels that lie side by side: turns lanes and channels
+ * four by four. */
+static void add_four(const struct first_hits *f, uint32_t i, float *to)
+{
+    const __m128 zero = _mm_setzero_ps();
+    uint32_t c = 0;
+    for (; c + 4 <= BUFFER_CHANNELS; c += 4) {
+        __m128 v[4];
+        for (uint32_t k = 0; k < 4; k++)
+            v[k] = _mm_add_ps(_mm_loadu_ps(&f->values[c + k][i]), zero);
+        _MM_TRANSPOSE4_PS(v[0], v[1], v[2], v[3]);
+        for (uint32_t k = 0; k < 4; k++) _mm_storeu_ps(to + k * BUFFER_CHANNELS + c, v[k]);
+    }
+    for (; c < BUFFER_CHANNELS; c++)
+        for (uint32_t k = 0; k < 4; k++) to[k * BUFFER_CHANNELS + c] = 0.0f + f->values[c][i + k];
+}
+
+void buffers_scale(const struct trace_settings *t, const struct buffers_tile *tile)
+{
+    const float scale = 1.0f / (float)t->spp;
+    if (t->spp == 1) return;
+    for (uint32_t y = 0; y < tile->height; y++) {
+        float *to = tile->to + y * tile->stride;
+        for (uint32_t x = 0; x < tile->width; x++, to += BUFFER_CHANNELS)
+            for (uint32_t c = 0; c < BUFFER_SHAPE_ID; c++) to[c] *= scale;
+    }
+}
+
+/* ---- Tracing --------------------------------------------------------------------------------- */
+
+/* A sample of pixel (x, y), which may be beyond the picture's right or bottom. */
+static void add_lane(struct first_hits *f, const struct stream_film *film, uint32_t x, uint32_t y,
+                     uint32_t sample)
+{
+    const uint32_t i = f->n++;
+    f->x[i] = x;
+    f->y[i] = y;
+    f->sample[i] = sample;
+    f->pixel[i] = (uint64_t)y * film->width + x;
+    f->center_x[i] = (float)x + 0.5f;
+    f->center_y[i] = (float)y + 0.5f;
+    f->is_inside[i] = x < film->width && y < film->height;
+    f->is_hit[i] = false;
+}
+
+/* Whether the pixel's filter is cut by the picture's border. */
+static bool is_cut(const struct first_hits *f, const struct stream_film *film, uint32_t i)
+{
+    const float r = film->filter.radius, x = f->center_x[i], y = f->center_y[i];
+    return x < r || y < r || (float)film->width - x < r || (float)film->height - y < r;
+}
+
+/* The primary ray of a lane, in plain code. */
+static void look_plain(struct first_hits *f, const struct stream_film *film, uint32_t i)
+{
+    struct sampler r = sampler_start(film->sampler, film->seed, f->pixel[i], f->sample[i]);
+    const struct vec2 u = sampler_next_2d(&r);
+    const float x = f->center_x[i], y = f->center_y[i];
+    const float px = x + filter_sample(&film->filter, u.x, -x, (float)film->width - x);
+    const float py = y + filter_sample(&film->filter, u.y, -y, (float)film->height - y);
+    const struct ray ray = path_start(&film->camera, px, py, &r, &f->offset[i]);
+    lanes3_set(&f->o, i, ray.o);
+    lanes3_set(&f->d, i, ray.d);
+    f->t_max[i] = ray.t_max;
+}
+
+static void look(struct first_hits *f, const struct view *v, const struct stream_film *film)
+{
+    const bool is_pinhole = film->camera.kind == SENSOR_PERSPECTIVE;
+    if (is_pinhole) v->world->kernels->look_at(f, film);
+    for (uint32_t i = 0; i < f->n; i++)
+        if (f->is_inside[i] && (!is_pinhole || is_cut(f, film, i))) look_plain(f, film, i);
+}
+
+/* Packets of the lanes from `first` on. */
+static void cast(struct first_hits *f, const struct view *v, uint32_t first, uint32_t n)
+{
+    const struct accel_rays rays = {{f->o.x, f->o.y, f->o.z}, {f->d.x, f->d.y, f->d.z}, f->t_max};
+    uint32_t lanes[STREAM_PACKET] = {0}, n_lanes = 0;
+    for (uint32_t i = first; i < first + n; i++)
+        if (f->is_inside[i]) lanes[n_lanes++] = i;
+    accel_intersect_packet(v->top, &rays, lanes, n_lanes, true, f->hit);
+}
+
+/* Where a lane's pixel is in the tile; NULL: it is not. */
+static float *place_of(const struct first_hits *f, const struct buffers_tile *tile, uint32_t i)
+{
+    const uint32_t x = f->x[i] - tile->x, y = f->y[i] - tile->y; /* wraps around below 0 */
+    if (x >= tile->width || y >= tile->height) return NULL;
+    return tile->to + y * tile->stride + (size_t)x * BUFFER_CHANNELS;
+}
+
+static void add_one(const struct first_hits *f, const struct trace_settings *t,
+                    const struct buffers_tile *tile, uint32_t i)
+{
+    float *to = place_of(f, tile, i);
+    if (to) add(f, i, f->sample[i] - t->first_sample, to);
+}
+
+/* Adds whole blocks, row by row: in the order of memory. */
+static void add_blocks(const struct first_hits *f, const struct trace_settings *t,
+                       const struct buffers_tile *tile)
+{
+    enum { WIDTH = BUFFERS_BLOCK, LANES = WIDTH * WIDTH };
+    for (uint32_t row = 0; row < WIDTH; row++)
+        for (uint32_t i = row * WIDTH; i < f->n; i += LANES) {
+            float *to = place_of(f, tile, i);
+            if (f->sample[i] == t->first_sample && to && place_of(f, tile, i + WIDTH - 1))
+                add_four(f, i, to);
+            else
+                for (uint32_t k = i; k < i + WIDTH; k++) add_one(f, t, tile, k);
+        }
+}
+
+/* Traces what the lanes hold and adds it; packets are of packet_size lanes or, at the end, less. */
+static void flush(struct first_hits *f, const struct view *v, const struct trace_settings *t,
+                  const struct stream_film *film, const struct buffers_tile *tile)
+{
+    uint32_t lanes[STREAM_SIZE] = {0}, n_lanes = 0;
+    look(f, v, film);
+    for (uint32_t first = 0, n; first < f->n; first += n) {
+        n = f->n - first < STREAM_PACKET ? f->n - first : STREAM_PACKET;
+        if (t->spp >= BUFFERS_BLOCK_SPP) /* of one pixel only */
+            for (uint32_t i = 1; i < n; i++)
+                if (f->pixel[first + i] != f->pixel[first]) n = i;
+        cast(f, v, first, n);
+    }
+    for (uint32_t i = 0; i < f->n; i++)
+        if (place_of(f, tile, i)) lanes[n_lanes++] = i;
+    describe(f, v, t, lanes, n_lanes);
+    if (t->spp < BUFFERS_BLOCK_SPP)
+        add_blocks(f, t, tile);
+    else
+        for (uint32_t k = 0; k < n_lanes; k++) add_one(f, t, tile, lanes[k]);
+    f->n = 0;
+}
+
+static void trace_blocks(struct first_hits *f, const struct view *v, const struct trace_settings *t,
+                         const struct stream_film *film, const struct buffers_tile *tile)
+{
+    enum { MASK = BUFFERS_BLOCK - 1, LANES = BUFFERS_BLOCK * BUFFERS_BLOCK };
+    for (uint32_t y = tile->y & ~(uint32_t)MASK; y < tile->y + tile->height; y += BUFFERS_BLOCK)
+        for (uint32_t x = tile->x & ~(uint32_t)MASK; x < tile->x + tile->width; x += BUFFERS_BLOCK)
+            for (uint32_t sample = 0; sample < t->spp; sample++) {
+                for (uint32_t k = 0; k < LANES; k++)
+                    add_lane(f, film, x + k % BUFFERS_BLOCK, y + k / BUFFERS_BLOCK,
+                             t->first_sample + sample);
+                if (f->n + LANES > STREAM_SIZE) flush(f, v, t, film, tile);
+            }
+    flush(f, v, t, film, tile);
+}
+
+/* As trace_tile() of trace.c does: packets hold the same samples as there. */
+static void trace_pixels(struct first_hits *f, const struct view *v, const struct trace_settings *t,
+                         const struct stream_film *film, const struct buffers_tile *tile)
+{
+    for (uint32_t pixel = 0; pixel < tile->width * tile->height; pixel++)
+        for (uint32_t i = 0; i < t->spp; i++) {
+            const uint32_t rest = t->spp - i, need = rest < STREAM_SIZE ? rest : STREAM_SIZE;
+            if (i % STREAM_SIZE == 0 && f->n + need > STREAM_SIZE) flush(f, v, t, film, tile);
+            add_lane(f, film, tile->x + pixel % tile->width, tile->y + pixel / tile->width,
+                     t->first_sample + i);
+        }
+    flush(f, v, t, film, tile);
+}
+
+void buffers_trace(const struct view *v, const struct trace_settings *t,
+                   const struct stream_film *film, const struct buffers_tile *tile)
+{
+    struct first_hits f;
+    f.n = 0;
+    if (t->spp < BUFFERS_BLOCK_SPP)
+        trace_blocks(&f, v, t, film, tile);
+    else
+        trace_pixels(&f, v, t, film, tile);
+}
+
+void buffers_add_stream(const struct view *v, const struct trace_settings *t,
+                        const struct stream *s, const struct buffers_tile *tile,
+                        const uint32_t *samples, const uint32_t *pixels)
+{
+    struct first_hits f;
+    uint32_t lanes[STREAM_SIZE] = {0};
+    f.n = s->n;
+    memcpy(&f.o, &s->o, sizeof f.o);
+    memcpy(&f.d, &s->d, sizeof f.d);
+    memcpy(f.t_max, s->t_max, sizeof f.t_max);
+    memcpy(f.offset, s->offset, sizeof f.offset);
+    memcpy(f.hit, s->hit, sizeof f.hit);
+    for (uint32_t i = 0; i < f.n; i++) lanes[i] = i;
+    describe(&f, v, t, lanes, f.n);
+    for (uint32_t i = 0; i < f.n; i++) {
+        const size_t row = pixels[i] / tile->width, column = pixels[i] % tile->width;
+        add(&f, i, samples[i], tile->to + row * tile->stride + column * BUFFER_CHANNELS);
+    }
+}
+
+void buffers_add_plain(const struct view *v, const struct trace_settings *t, const struct ray *ray,
+                       float offset, const struct hit *hit, uint32_t sample, float *to)
+{
+    if (sample == 0) memset(to, 0, BUFFER_CHANNELS * sizeof *to);
+    path_add_buffers(v, t, ray, offset, hit, to);
+    if (sample > 0 || hit->shape == SCENE_NONE) return;
+    const struct view_instance *instance = &v->instances[hit->instance];
+    to[BUFFER_SHAPE_ID] = (float)(instance->shapes[hit->shape].index + 1);
+    to[BUFFER_PRIMITIVE_ID] = (float)hit->primitive;
+}

@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef RENDER_BUFFERS_H
+#define RENDER_BUFFERS_H
+
+#include "render/stream.h"
+
+/*
+ * The buffers of first hits (enum buffer_channel), many lanes in step. The reference is
+ * path_add_buffers(), one sample at a time; lanes with bump or normal maps go through it.
+ *
+ * Of a few samples per pixel, a packet of rays holds one sample of a block of 4x4 pixels. Blocks
+ * have their place in the full picture and are traced whole, also where a window cuts them: what
+ * Embree finds can depend on a packet's other rays in the last bit. Of more samples, a packet holds
+ * samples of one pixel, as in streams, whose hits then serve for buffers too.
+ */
+enum { BUFFERS_BLOCK = 4, BUFFERS_BLOCK_SPP = 8 }; /* blocks below so many samples */
+
+/* What the buffers show of a material that is the same everywhere. */
+struct look {
+    enum {
+        LOOK_CONSTANT, /* that, from both sides */
+        LOOK_VARIES,   /* ask bsdf_point_init() */
+        LOOK_TURNED    /* the normal, too */
+    } kind;
+    struct vec3 albedo;
+    float roughness;
+    bool is_diffuse; /* BUFFER_WI stays zero */
+};
+
+/* Fills looks [n_bsdfs]. */
+void buffers_init_looks(struct look *looks, const struct material *materials, uint32_t n_bsdfs,
+                        const struct texture_set *textures);
+
+/* One sample of a pixel per lane. */
+struct first_hits {
+    uint32_t n;
+
+    /* What is looked at: the sample of a pixel of the full picture, its centre. */
+    uint32_t x[STREAM_SIZE], y[STREAM_SIZE], sample[STREAM_SIZE];
+    uint64_t pixel[STREAM_SIZE];
+    float center_x[STREAM_SIZE], center_y[STREAM_SIZE];
+    uint32_t is_inside[STREAM_SIZE]; /* the picture: others are not traced */
+
+    /* Rays from t = 0, and what they hit. */
+    struct lanes3 o, d;
+    float t_max[STREAM_SIZE], offset[STREAM_SIZE];
+    struct hit hit[STREAM_SIZE];
+
+    /* Surfaces: normals at any length. */
+    uint32_t is_hit[STREAM_SIZE], has_wi[STREAM_SIZE];
+    float t[STREAM_SIZE];
+    struct lanes3 normal, shading;
+
+    float values[BUFFER_CHANNELS][STREAM_SIZE + 16]; /* the result; spread over the cache's sets */
+};
+
+/* A part of the picture, of at most STREAM_SIZE / 4 pixels a side, and where its buffers go. */
+struct buffers_tile {
+    uint32_t x, y, width, height; /* in the full picture */
+    float *to;                    /* of its first pixel */
+    size_t stride;                /* floats from row to row */
+};
+
+/* Traces a tile's buffers: sums of settings->spp samples, for buffers_scale(). */
+void buffers_trace(const struct view *v, const struct trace_settings *t,
+                   const struct stream_film *film, const struct buffers_tile *tile);
+
+/* The same from a stream whose primary rays are cast; lane i has sample number samples[i] of the
+ * tile's pixel pixels[i], of which number 0 comes first. */
+void buffers_add_stream(const struct view *v, const struct trace_settings *t,
+                        const struct stream *s, const struct buffers_tile *tile,
+                        const uint32_t *samples, const uint32_t *pixels);
+
+/* From sums to means. */
+void buffers_scale(const struct trace_settings *t, const struct buffers_tile *tile);
+
+/* One sample by the reference. */
+void buffers_add_plain(const struct view *v, const struct trace_settings *t, const struct ray *ray,
+                       float offset, const struct hit *hit, uint32_t sample, float *to);
+
+#endif

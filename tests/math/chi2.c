@@ -54,7 +54,7 @@ static double integrate(const struct chi2_domain *d, chi2_pdf_fn *pdf, const voi
 
 /* Upper tail of the chi-square distribution, by Wilson and Hilferty's cube root (good to a few
  * per cent of p for the hundreds of degrees of freedom here). */
-static double tail(double chi2, int freedom)
+double chi2_tail(double chi2, int freedom)
 {
     double k = freedom;
     double z = (cbrt(chi2 / k) - (1 - 2 / (9 * k))) / sqrt(2 / (9 * k));
@@ -109,7 +109,7 @@ struct chi2_result chi2_test(const struct chi2_domain *domain, chi2_sample_fn *s
         chi2 += difference * difference / fmax(pooled_expected, 0.5);
         freedom++;
     }
-    r.p = freedom > 0 ? tail(chi2, freedom) : 1;
+    r.p = freedom > 0 ? chi2_tail(chi2, freedom) : 1;
     mem_free(counts);
     return r;
 }

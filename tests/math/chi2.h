@@ -36,6 +36,9 @@ typedef double chi2_pdf_fn(const void *ctx, double x, double y);
 struct chi2_result chi2_test(const struct chi2_domain *domain, chi2_sample_fn *sample,
                              chi2_pdf_fn *pdf, const void *ctx, uint32_t n_samples, uint64_t seed);
 
+/* How likely chance makes a sum of squares of so many degrees of freedom that large or larger. */
+double chi2_tail(double chi2, int freedom);
+
 /* Between (phi, z) and unit vectors. */
 struct vec3 chi2_direction(double phi, double z);
 void chi2_from_direction(struct vec3 d, double *phi, double *z);

@@ -55,6 +55,23 @@ static bool triangle_sample(const void *ctx, const float u[3], double *x, double
     return true;
 }
 
+/* In polar coordinates, so that no bin lies across the edge: density 2 r dr dphi / (2 pi). */
+static bool disk_sample(const void *ctx, const float u[3], double *x, double *y)
+{
+    (void)ctx;
+    struct vec2 d = warp_disk(u[0], u[1]);
+    *x = atan2(d.y, d.x);
+    *y = sqrt((double)d.x * d.x + (double)d.y * d.y);
+    return true;
+}
+
+static double disk_pdf(const void *ctx, double x, double y)
+{
+    (void)ctx;
+    (void)x;
+    return y / 3.14159265358979;
+}
+
 static double one(const void *ctx, double x, double y)
 {
     (void)ctx;
@@ -95,11 +112,13 @@ static void warps(void **state)
 {
     (void)state;
     const struct chi2_domain square = {0, 1, 0, 1, 20, 20, false},
-                             tent = {-1, 1, -1, 1, 20, 20, false};
+                             tent = {-1, 1, -1, 1, 20, 20, false},
+                             polar = {-3.14159265358979, 3.14159265358979, 0, 1, 24, 20, false};
     check(chi2_test(&chi2_sphere, hemisphere_sample, hemisphere_pdf, NULL, N, 1));
     check(chi2_test(&chi2_sphere, sphere_sample, sphere_pdf, NULL, N, 2));
     check(chi2_test(&square, triangle_sample, one, NULL, N, 3));
     check(chi2_test(&tent, tent_sample, tent_pdf, NULL, N, 4));
+    check(chi2_test(&polar, disk_sample, disk_pdf, NULL, N, 6));
 }
 
 static void trigonometry(void **state)

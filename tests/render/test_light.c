@@ -311,7 +311,7 @@ static void add_many(struct made_scene *m)
 }
 
 /* Lights are chosen as often as light_probability() says, at several places; what is left of the
- * random number is uniform. Five standard errors. */
+ * random number is uniform. Chi-square, and five standard errors. */
 static void choices_follow_the_probability(void **state)
 {
     (void)state;
@@ -327,7 +327,8 @@ static void choices_follow_the_probability(void **state)
             struct rng rng = rng_keyed(11, (uint64_t)i, (uint64_t)place);
             enum { DRAWS = 200000 };
             int counts[MADE_MAX] = {0};
-            double rest = 0, total = 0;
+            double rest = 0, total = 0, chi2 = 0;
+            int freedom = -1;
             for (int k = 0; k < DRAWS; k++) {
                 float u1 = rng_float(&rng), probability;
                 uint32_t light = light_choose(v, p, &u1, &probability);
@@ -339,9 +340,16 @@ static void choices_follow_the_probability(void **state)
             for (uint32_t k = 0; k < v->n_lights; k++) {
                 double expected = DRAWS * (double)light_probability(v, p, k);
                 total += expected;
+                if (expected >= 5) {
+                    chi2 += (counts[k] - expected) * (counts[k] - expected) / expected;
+                    freedom++;
+                }
                 if (fabs(counts[k] - expected) > 5 * sqrt(expected))
                     fail_msg("light %u: %d times instead of %g", k, counts[k], expected);
             }
+            assert_true(freedom > 0);
+            if (chi2_tail(chi2, freedom) < 1e-3)
+                fail_msg("place %d: p = %g", place, chi2_tail(chi2, freedom));
             assert_true(fabs(total / DRAWS - 1) < 1e-5);
             assert_true(fabs(rest / DRAWS - 0.5) < 5 * sqrt(1.0 / 12 / DRAWS));
         }

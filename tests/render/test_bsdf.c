@@ -40,7 +40,7 @@ static int make_cases(struct material_case cases[N_CASES])
         checks_rough(BSDF_ROUGH_CONDUCTOR, MICROFACET_GGX, 0.15f, 0.5f), .loss = 0.5};
     cases[n++] = (struct material_case){
         "rough dielectric, anisotropic",
-        checks_rough(BSDF_ROUGH_DIELECTRIC, MICROFACET_GGX, 0.25f, 0.5f), .loss = 0.5,
+        checks_rough(BSDF_ROUGH_DIELECTRIC, MICROFACET_GGX, 0.15f, 0.5f), .loss = 0.5,
         .has_back = true};
     p = checks_point(BSDF_PLASTIC, LOBE_DIFFUSE | LOBE_SPECULAR);
     p.specular_weight = 0.6f;

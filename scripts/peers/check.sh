@@ -11,7 +11,7 @@ rm -rf "$fresh"
 sh scripts/references/run.sh "$fresh" || status=1
 LMN_REFERENCES=$fresh ctest --test-dir build/release --output-on-failure \
     -R '^(image|nn|references)' || status=1
-.venv/bin/python scripts/peers/check_trace.py || status=1
+.venv/bin/python scripts/peers/check_trace.py --markdown docs/results/peers.md || status=1
 .venv/bin/python scripts/peers/check_sky.py || status=1
 
 [ $status -eq 0 ] && echo "peers: all agree" || echo "peers: some disagree"

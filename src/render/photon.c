@@ -11,13 +11,16 @@ lmn_status photon_map_new(uint32_t n_emitted, struct photon_map **out, struct er
     *out = NULL;
     if (m) {
         m->n_emitted = n_emitted;
-        m->n_cells = 1;
+        m->n_cells = 8;
         while (m->n_cells < n_emitted) m->n_cells *= 2;
         m->photons = mem_new(n_emitted, sizeof *m->photons);
         m->landed = mem_new(n_emitted, sizeof *m->landed);
+        m->x = mem_new(n_emitted, 3 * sizeof *m->x);
+        m->y = m->x + (m->x ? n_emitted : 0);
+        m->z = m->y + (m->x ? n_emitted : 0);
         m->first = mem_new((size_t)m->n_cells + 1, sizeof *m->first);
     }
-    if (!m || !m->photons || !m->landed || !m->first) {
+    if (!m || !m->photons || !m->landed || !m->x || !m->first) {
         photon_map_free(m);
         return fail_memory(err, "photons");
     }
@@ -30,36 +33,39 @@ void photon_map_free(struct photon_map *m)
     if (!m) return;
     mem_free(m->photons);
     mem_free(m->landed);
+    mem_free(m->x);
     mem_free(m->first);
     mem_free(m);
 }
 
 uint64_t photon_map_memory(const struct photon_map *m)
 {
-    return sizeof *m + 2 * (uint64_t)m->n_emitted * sizeof *m->photons +
+    return sizeof *m + (uint64_t)m->n_emitted * (2 * sizeof *m->photons + 3 * sizeof *m->x) +
            ((uint64_t)m->n_cells + 1) * sizeof *m->first;
 }
 
 /* ---- Grid ------------------------------------------------------------------------------------ */
 
 /* Cells are as wide as the sphere of gathering, so that this meets two of them in each direction.
+ * Blocks of eight cells are hashed (Teschner et al. 2003), which keeps cells around a point apart.
  */
 struct cell {
-    int32_t x, y, z;
+    uint32_t x, y, z;
 };
 
 static struct cell cell_of(const struct photon_map *m, struct vec3 p)
 {
     float scale = 0.5f / m->radius;
-    return (struct cell){(int32_t)floor_float(p.x * scale), (int32_t)floor_float(p.y * scale),
-                         (int32_t)floor_float(p.z * scale)};
+    return (struct cell){(uint32_t)(int32_t)floor_float(p.x * scale),
+                         (uint32_t)(int32_t)floor_float(p.y * scale),
+                         (uint32_t)(int32_t)floor_float(p.z * scale)};
 }
 
-/* Teschner et al. 2003 */
 static uint32_t bucket_of(const struct photon_map *m, struct cell c)
 {
-    uint32_t h = (uint32_t)c.x * 73856093u ^ (uint32_t)c.y * 19349663u ^ (uint32_t)c.z * 83492791u;
-    return (h ^ (h >> 15)) & (m->n_cells - 1);
+    uint32_t h = (c.x >> 1) * 73856093u ^ (c.y >> 1) * 19349663u ^ (c.z >> 1) * 83492791u;
+    uint32_t place = (c.x & 1) | (c.y & 1) << 1 | (c.z & 1) << 2;
+    return ((h ^ (h >> 15)) << 3 & (m->n_cells - 1)) | place;
 }
 
 void photon_map_build(struct photon_map *m, float radius)
@@ -80,29 +86,75 @@ void photon_map_build(struct photon_map *m, float radius)
     /* Backwards, so that photons of a cell keep their order. */
     for (uint32_t i = m->n_emitted; i-- > 0;) {
         if (m->landed[i].n_casters == 0) continue;
-        m->photons[--m->first[bucket_of(m, cell_of(m, m->landed[i].p))]] = m->landed[i];
+        uint32_t k = --m->first[bucket_of(m, cell_of(m, m->landed[i].p))];
+        m->photons[k] = m->landed[i];
+        m->x[k] = m->landed[i].p.x;
+        m->y[k] = m->landed[i].p.y;
+        m->z[k] = m->landed[i].p.z;
     }
 }
 
-/* Buckets of the cells around p, each once. */
-static uint32_t buckets_around(const struct photon_map *m, struct vec3 p, uint32_t buckets[8])
+/* Photons of a cell: a run of the map's. */
+struct run {
+    uint32_t first, end;
+};
+
+/* What is in the cells around p. */
+static uint32_t runs_around(const struct photon_map *m, struct vec3 p, struct run runs[8])
 {
     struct cell c = cell_of(m, vec3_sub(p, vec3_splat(m->radius)));
     uint32_t n = 0;
-    for (int32_t k = 0; k < 8; k++) {
-        struct cell near = {c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2)};
-        uint32_t bucket = bucket_of(m, near), j = 0;
-        if (m->first[bucket] == m->first[bucket + 1]) continue;
-        while (j < n && buckets[j] != bucket) j++;
-        if (j == n) buckets[n++] = bucket;
+    for (uint32_t k = 0; k < 8; k++) {
+        uint32_t b = bucket_of(m, (struct cell){c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2)});
+        runs[n] = (struct run){m->first[b], m->first[b + 1]};
+        n += runs[n].first < runs[n].end;
     }
     return n;
 }
 
-static bool is_near(const struct photon *a, struct vec3 p, struct vec3 n, float radius)
+/* Photons of one bucket that are near a point: a run at a time, the distances in vector code. */
+enum { RUN = 64 };
+
+static uint32_t near_of_run(const struct photon_map *m, uint32_t first, uint32_t n, struct vec3 p,
+                            uint32_t near[RUN])
 {
-    struct vec3 d = vec3_sub(a->p, p);
-    return vec3_dot(d, d) < radius * radius && vec3_dot(a->n, n) > 0.7f;
+    const float *x = m->x + first, *y = m->y + first, *z = m->z + first;
+    float d2[RUN], r2 = m->radius * m->radius;
+    uint32_t n_near = 0;
+    for (uint32_t k = 0; k < n; k++) {
+        float dx = x[k] - p.x, dy = y[k] - p.y, dz = z[k] - p.z;
+        d2[k] = dx * dx + dy * dy + dz * dz;
+    }
+    for (uint32_t k = 0; k < n; k++) {
+        near[n_near] = first + k;
+        n_near += d2[k] < r2;
+    }
+    return n_near;
+}
+
+/* On the same side of the same surface, roughly? */
+static bool is_alike(const struct photon *a, struct vec3 n)
+{
+    return vec3_dot(a->n, n) > 0.7f;
+}
+
+static uint32_t min_u32(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
+/* How many photons are near one of them. */
+static uint32_t neighbours(const struct photon_map *m, const struct photon *at)
+{
+    struct run runs[8];
+    uint32_t near[RUN], n_runs = runs_around(m, at->p, runs), count = 0;
+    for (uint32_t r = 0; r < n_runs; r++) {
+        for (uint32_t k = runs[r].first; k < runs[r].end; k += RUN) {
+            uint32_t n = near_of_run(m, k, min_u32(runs[r].end - k, RUN), at->p, near);
+            for (uint32_t i = 0; i < n; i++) count += is_alike(&m->photons[near[i]], at->n);
+        }
+    }
+    return count;
 }
 
 static int compare_floats(const void *a, const void *b)
@@ -113,17 +165,13 @@ static int compare_floats(const void *a, const void *b)
 
 float photon_map_typical_radius(struct photon_map *m, float scene_radius)
 {
-    enum { PROBES = 255, WANTED = 12 };
+    enum { PROBES = 255, WANTED = 24 };
     float radii[PROBES];
     uint32_t n = 0;
     photon_map_build(m, 0.02f * scene_radius);
     uint32_t step = m->n / PROBES + 1;
     for (uint32_t i = 0; i < m->n && n < PROBES; i += step) {
-        const struct photon *at = &m->photons[i];
-        uint32_t buckets[8], n_buckets = buckets_around(m, at->p, buckets), count = 0;
-        for (uint32_t b = 0; b < n_buckets; b++)
-            for (uint32_t k = m->first[buckets[b]]; k < m->first[buckets[b] + 1]; k++)
-                count += is_near(&m->photons[k], at->p, at->n, m->radius);
+        uint32_t count = neighbours(m, &m->photons[i]);
         radii[n++] = m->radius * sqrtf((float)WANTED / (float)(count > 0 ? count : 1));
     }
     if (n == 0) return 0.0f;
@@ -169,15 +217,18 @@ struct vec3 photon_map_gather(const struct photon_map *m, const struct photon_re
     uint32_t most = max_casters > 0 ? (uint32_t)max_casters : UINT32_MAX;
     struct vec3 scale = vec3_splat(MATH_INV_PI / (m->radius * m->radius));
     if (!r->bsdf) scale = vec3_scale(vec3_mul(scale, r->reflectance), MATH_INV_PI);
-    uint32_t buckets[8], n_buckets = buckets_around(m, r->p, buckets);
-    for (uint32_t i = 0; i < n_buckets; i++) {
-        uint32_t end = m->first[buckets[i] + 1];
-        for (uint32_t k = m->first[buckets[i]]; k < end; k++) {
-            const struct photon *a = &m->photons[k];
-            if (!is_near(a, r->p, r->n, m->radius) || a->n_casters > most) continue;
-            struct vec3 light = seen(r, a);
-            sum = vec3_add(sum, light);
-            if (split) add_to_group(split, a, vec3_mul(light, scale));
+    struct run runs[8];
+    uint32_t near[RUN], n_runs = runs_around(m, r->p, runs);
+    for (uint32_t i = 0; i < n_runs; i++) {
+        for (uint32_t first = runs[i].first; first < runs[i].end; first += RUN) {
+            uint32_t n = near_of_run(m, first, min_u32(runs[i].end - first, RUN), r->p, near);
+            for (uint32_t k = 0; k < n; k++) {
+                const struct photon *a = &m->photons[near[k]];
+                if (!is_alike(a, r->n) || a->n_casters > most) continue;
+                struct vec3 light = seen(r, a);
+                sum = vec3_add(sum, light);
+                if (split) add_to_group(split, a, vec3_mul(light, scale));
+            }
         }
     }
     return vec3_mul(sum, scale);

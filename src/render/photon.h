@@ -46,11 +46,13 @@ struct photon {
     uint32_t n_casters; /* met on the way, at least 1 */
     uint32_t emitter;   /* where it comes from, into state->emitters */
     float peak;         /* what a path has found that finds it by chance: view_wants_photons() */
+    float unused;       /* 64 bytes: one line of cache */
 };
 
 /* Photons of one pass, in a hashed grid. */
 struct photon_map {
     struct photon *photons; /* [n], by cell */
+    float *x, *y, *z;       /* [n]: where they are, again */
     struct photon *landed;  /* [n_emitted], as traced; n_casters 0: lost */
     uint32_t *first;        /* [n_cells + 1] */
     uint32_t n, n_cells, n_emitted;

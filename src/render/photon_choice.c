@@ -25,15 +25,16 @@
 enum {
     PILOT_SIDE = 32,
     PILOT_SPP = 16,
-    PILOT_RAYS = 4,
+    PILOT_RAYS = 2,
     PILOT_PHOTONS = 1 << 14,
     PILOT_LANDED = 25
 };
 
-/* Bounds of what one pixel counts for, and of a light's radiance in means of the picture: light
- * from one point is as good as lost to paths, but only counts where there is some. */
-#define PILOT_MOST 50.0
-#define PILOT_PEAK 2500.0
+/* What one pixel counts for at most: a few bright dots must not decide. */
+#define PILOT_MOST 20.0
+
+/* The part of the picture's light that no path can find, from which on photons are used. */
+#define PILOT_LOST 0.005
 
 /* The noise of caustics in that of all else, from which on photons are used. */
 #define PILOT_GAIN 1.0
@@ -97,10 +98,11 @@ static bool has_hard_light(const struct view *v)
 /*
  * A path finds caustic light c of a point by chance: it scatters towards a caster and from there
  * happens to hit the light, whose radiance L it then carries; else it carries nothing. So the
- * variance is c times the reflectance times L, whatever the optics: photons that land near tell it.
+ * variance is c times the reflectance times L, whatever the optics: photons that land near tell it,
+ * when they are weighed by that L.
  */
-static float caustic_variance(const struct view *v, const struct photon_map *m,
-                              const struct trace_settings *t, const struct ray *ray)
+static float gather_at(const struct view *v, const struct photon_map *m,
+                       const struct trace_settings *t, const struct ray *ray)
 {
     struct hit hit;
     struct surface s;
@@ -113,13 +115,13 @@ static float caustic_variance(const struct view *v, const struct photon_map *m,
     bsdf_point_init(&b, v->materials, material, &v->textures, &at);
     if (photon_is_caster(&b)) return 0.0f;
     const struct photon_receiver r = {.p = s.p, .n = s.n, .frame = s.frame, .wi = s.wi, .bsdf = &b};
-    struct vec3 variance = photon_map_gather(m, &r, t->max_depth - 2, NULL);
-    return vec3_max(vec3_mul(variance, bsdf_albedo(&b)));
+    struct vec3 light = photon_map_gather(m, &r, t->max_depth - 2, NULL);
+    return vec3_max(vec3_mul(light, bsdf_albedo(&b)));
 }
 
-/* The mean of that over a pixel. */
-static double pixel_variance(const struct view *v, const struct photon_map *m,
-                             const struct trace_settings *t, const struct camera *camera, int i)
+/* The mean over a pixel. */
+static double pixel_mean(const struct view *v, const struct photon_map *m,
+                         const struct trace_settings *t, const struct camera *camera, int i)
 {
     double sum = 0;
     for (int k = 0; k < PILOT_RAYS * PILOT_RAYS; k++) {
@@ -127,34 +129,60 @@ static double pixel_variance(const struct view *v, const struct photon_map *m,
         x += ((float)(k % PILOT_RAYS) + 0.5f) / (float)PILOT_RAYS;
         y += ((float)(k / PILOT_RAYS) + 0.5f) / (float)PILOT_RAYS;
         struct ray ray = camera_ray_any(camera, x, y, 0.5f, 0.5f, &offset);
-        sum += (double)caustic_variance(v, m, t, &ray);
+        sum += (double)gather_at(v, m, t, &ray);
     }
     return sum / (PILOT_RAYS * PILOT_RAYS);
 }
 
-/* Compares that, pixel by pixel, with the variance of all else in half-pictures a and b. Takes the
- * photons' power. */
+/* Is there caustic light that no path can find: of lights without extent over smooth casters? Takes
+ * the power of all other photons. */
+static bool has_lost_light(const struct view *v, struct photon_map *m,
+                           const struct trace_settings *t, const struct camera *camera, double mean)
+{
+    double sum = 0;
+    bool is_any = false;
+    for (uint32_t i = 0; i < m->n; i++) {
+        bool is_lost = !isfinite(m->photons[i].peak);
+        is_any = is_any || is_lost;
+        if (!is_lost) m->photons[i].power = vec3_splat(0.0f);
+    }
+    for (int i = 0; is_any && i < PILOT_SIDE * PILOT_SIDE; i++)
+        sum += pixel_mean(v, m, t, camera, i);
+    return sum > PILOT_LOST * mean * PILOT_SIDE * PILOT_SIDE;
+}
+
+/* The means of half-pictures a and b of pixel i, and the variance of a sample. */
+static double pixel_square(const float *a, const float *b, int i, double *variance)
+{
+    double square = 0;
+    *variance = 0;
+    for (int c = 3 * i; c < 3 * i + 3; c++) {
+        double d = (double)a[c] - (double)b[c], sum = (double)a[c] + (double)b[c];
+        *variance += d * d * PILOT_SPP / 12;
+        square += sum * sum / 12;
+    }
+    return square;
+}
+
+/* Compares the variance of caustics with that of all else in half-pictures a and b. */
 static bool judge(const struct view *v, struct photon_map *m, const struct trace_settings *t,
                   const float *a, const float *b)
 {
     struct camera camera;
-    double mean = 0, caustics = 0, others = 0;
+    double mean = 0, caustics = 0, others = 0, variance;
     const int n = PILOT_SIDE * PILOT_SIDE;
     camera_init(&camera, &v->state.sensor, PILOT_SIDE, PILOT_SIDE);
     for (int i = 0; i < 3 * n; i++) mean += 0.5 * ((double)a[i] + (double)b[i]) / (3 * n);
+    if (has_lost_light(v, m, t, &camera, mean)) return true;
+    photon_map_build(m, m->radius);
     for (uint32_t i = 0; i < m->n; i++) {
         struct photon *p = &m->photons[i];
-        p->power = vec3_scale(p->power, min_float(p->peak, (float)(PILOT_PEAK * mean)));
+        p->power = isfinite(p->peak) ? vec3_scale(p->power, p->peak) : vec3_splat(0.0f);
     }
     for (int i = 0; i < n; i++) {
-        double variance = 0, square = 0.01 * mean * mean;
-        for (int c = 3 * i; c < 3 * i + 3; c++) {
-            double d = (double)a[c] - (double)b[c], sum = (double)a[c] + (double)b[c];
-            variance += d * d * PILOT_SPP / 12;
-            square += sum * sum / 12;
-        }
+        double square = pixel_square(a, b, i, &variance) + 0.01 * mean * mean;
         others += fmin(variance / square, PILOT_MOST);
-        caustics += fmin(pixel_variance(v, m, t, &camera, i) / square, PILOT_MOST);
+        caustics += fmin(pixel_mean(v, m, t, &camera, i) / square, PILOT_MOST);
     }
     return caustics > PILOT_GAIN * others;
 }

@@ -91,6 +91,7 @@ static float peak_of(const struct start *s, float alpha, float distance)
 {
     float extent = s->is_far ? s->extent : s->extent / (distance * distance);
     float lobe = 4.0f * MATH_PI * alpha * alpha;
+    if (s->extent == SMALL && !(lobe > 0.0f)) return INFINITY;
     return s->radiance * extent / (extent + lobe);
 }
 

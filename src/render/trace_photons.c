@@ -8,7 +8,7 @@
 
 /* Samples of a pass, an even number. Their radius is that of the first pass times n^(-1/6) for the
  * n-th: variance and bias vanish together (Knaus & Zwicker 2011, alpha = 2/3). */
-enum { PASS_SPP = 32, MIN_PHOTONS = 1 << 16, MAX_PHOTONS = 1 << 20 };
+enum { PASS_SPP = 32, MIN_PHOTONS = 1 << 13, MAX_PHOTONS = 1 << 19 };
 
 enum { PARTS = 5, PART_BUFFERS = 3, PART_GROUPS = 4 };
 
@@ -168,7 +168,7 @@ lmn_status view_trace_photons(const struct view *v, struct pool *pool,
                               struct trace_output *out, lmn_progress_fn *progress,
                               void *progress_user, struct error *err)
 {
-    uint64_t n = 2 * (uint64_t)w->full_width * w->full_height;
+    uint64_t n = (uint64_t)w->full_width * w->full_height; /* a photon for each pixel */
     uint32_t n_photons = n < MIN_PHOTONS   ? MIN_PHOTONS
                          : n > MAX_PHOTONS ? MAX_PHOTONS
                                            : (uint32_t)n;

@@ -229,6 +229,16 @@ typedef struct lmn_trace_options {
     uint32_t light_groups;
     /* The same with groups of one's own: "ceiling=lamp_1,lamp_2;outside=sky"; or NULL. */
     const char *light_group_names;
+    /* 1: the buffers describe, behind perfect mirrors, smooth glass, null surfaces and the holes of
+     * masks, the first other surface, to which each sample goes one way at random; six channels
+     * more: "chain_throughput.R".., the product of weights on the way, and "chain_emission.R"..,
+     * what shines along it and on that surface. A pixel's radiance is the mean of emission +
+     * throughput * what the surface scatters. Only with `buffers`. */
+    uint32_t follow_delta;
+    /* 1: append the picture in two parts, "rest.R".. and "seen.R"..: light sources seen directly or
+     * by mirrors and glass alone; with light groups each of them so, "NAME.rest.R".. and
+     * "NAME.seen.R"... Colour is their sum exactly, in the order of channels. */
+    uint32_t split_delta;
 } lmn_trace_options;
 
 /* Path-traces one configuration. values: n_variables doubles, NULL for the defaults. options may be

@@ -92,6 +92,9 @@ static lmn_status read_settings(const lmn_scene *scene, const lmn_trace_options 
         TRY(choose("mis", o->mis, weights, 2, &choice, err));
         t->mis = choice ? MIS_BALANCE : MIS_POWER;
     }
+    t->follows_delta = o->follow_delta;
+    if (o->follow_delta && !o->buffers)
+        status = fail(err, LMN_ERR_ARGUMENT, "follow_delta: only with buffers");
     if (t->max_depth < -1)
         status = fail(err, LMN_ERR_ARGUMENT, "max_depth %d: at least -1", t->max_depth);
     if (t->rr_depth < 1)
@@ -126,15 +129,16 @@ struct planes {
     } * list;           /* [n_planes] */
     const char **names; /* [n_names], of channels */
     uint32_t n_planes, n_names;
-    float *owned[5]; /* what is behind the planes */
+    float *owned[6]; /* what is behind the planes */
     uint32_t n_owned;
     struct str text; /* the names of groups, one after another */
 };
 
 static lmn_status planes_init(struct planes *p, uint32_t n_groups, struct error *err)
 {
-    p->list = mem_new(4 + (size_t)n_groups, sizeof *p->list);
-    p->names = mem_new(9 + BUFFER_CHANNELS + 3 * (size_t)n_groups, sizeof *p->names);
+    p->list = mem_new(5 + (size_t)n_groups, sizeof *p->list);
+    p->names = mem_new(9 + BUFFER_CHANNELS + CHAIN_CHANNELS + 3 * (size_t)n_groups,
+                       sizeof *p->names);
     return p->list && p->names ? LMN_OK : fail_memory(err, "the picture");
 }
 
@@ -170,26 +174,45 @@ static lmn_status add_plane(struct planes *p, const struct window *w, uint32_t n
     return add_planes(p, w, 1, n_channels, out, err);
 }
 
-static lmn_status add_groups(struct planes *p, const struct light_groups *g, const struct window *w,
-                             struct trace_output *out, struct error *err)
+/* "lamp.R", "lamp.rest.R" or, when all light is one group, "rest.R" */
+static void name_group_channel(struct str *text, const struct light_groups *g, uint32_t plane,
+                               bool is_split, char channel)
 {
-    static const char *const suffix[3] = {".R", ".G", ".B"};
+    if (g->names) str_add(text, "%s.", g->names[plane % g->n]);
+    if (is_split) str_add(text, "%s.", plane < g->n ? "rest" : "seen");
+    str_add_bytes(text, &channel, 1);
+    str_add_bytes(text, "", 1); /* the end of a name */
+}
+
+/* Split: first the rest of all groups, then what is seen along delta chains. */
+static lmn_status add_groups(struct planes *p, const struct light_groups *g, bool is_split,
+                             const struct window *w, struct trace_output *out, struct error *err)
+{
     lmn_status status = LMN_OK;
-    size_t *starts = mem_new(3 * (size_t)g->n, sizeof *starts);
-    TRY(add_planes(p, w, g->n, 3, &out->groups, err));
-    out->n_groups = g->n;
+    const uint32_t n = g->n * (is_split ? 2 : 1);
+    size_t *starts = mem_new(3 * (size_t)n, sizeof *starts);
+    TRY(add_planes(p, w, n, 3, &out->groups, err));
+    out->n_groups = n;
     out->group_of = g->of;
-    for (uint32_t i = 0; starts && i < 3 * g->n; i++) {
+    out->chain_group = is_split ? g->n : 0;
+    for (uint32_t i = 0; starts && i < 3 * n; i++) {
         starts[i] = p->text.length;
-        str_add(&p->text, "%s%s", g->names[i / 3], suffix[i % 3]);
-        str_add_bytes(&p->text, "", 1); /* the end of a name */
+        name_group_channel(&p->text, g, i / 3, is_split, "RGB"[i % 3]);
     }
     if (!starts || p->text.failed) status = fail_memory(err, "the picture");
-    for (uint32_t i = 0; !status && i < 3 * g->n; i++)
+    for (uint32_t i = 0; !status && i < 3 * n; i++)
         p->names[p->n_names++] = p->text.text + starts[i];
 done:
     mem_free(starts);
     return status;
+}
+
+/* All light as one group without a name. */
+static lmn_status one_group(struct light_groups *g, const struct scene *s, struct error *err)
+{
+    g->of = mem_new((size_t)s->n_emitters + 1, sizeof *g->of);
+    g->n = 1;
+    return g->of ? LMN_OK : fail_memory(err, "light groups");
 }
 
 static void interleave(const struct planes *p, struct image *image)
@@ -229,7 +252,8 @@ lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const d
     TRY(scene_units(scene, values, scene->cache->u, err));
     if (o.light_groups || o.light_group_names)
         TRY(light_groups_init(&groups, scene->scene, o.light_group_names, err));
-    TRY(planes_init(&planes, groups.n, err));
+    if (o.split_delta && groups.n == 0) TRY(one_group(&groups, scene->scene, err));
+    TRY(planes_init(&planes, groups.n * (o.split_delta ? 2 : 1), err));
     TRY(add_plane(&planes, &window, 3, colour, &output.color, err));
     if (o.half_buffers) {
         TRY(add_plane(&planes, &window, 3, half_a, &output.half_a, err));
@@ -238,7 +262,9 @@ lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const d
     if (o.buffers)
         TRY(add_plane(&planes, &window, BUFFER_CHANNELS, buffer_channel_names, &output.buffers,
                       err));
-    if (groups.n) TRY(add_groups(&planes, &groups, &window, &output, err));
+    if (o.buffers && o.follow_delta)
+        TRY(add_plane(&planes, &window, CHAIN_CHANNELS, chain_channel_names, &output.chain, err));
+    if (groups.n) TRY(add_groups(&planes, &groups, o.split_delta, &window, &output, err));
     TRY(image_init(&image, window.width, window.height, planes.n_names, planes.names, err));
     TRY(scene_view(scene, err));
     view_set(scene->cache->view, scene->cache->u);

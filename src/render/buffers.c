@@ -86,7 +86,8 @@ static void miss(struct first_hits *f, const struct view *v, const struct trace_
 {
     const struct path seen = {.last_is_delta = true};
     struct vec3 around = vec3_splat(0.0f);
-    for (uint32_t k = v->first_environment; !t->hide_emitters && k < v->n_lights; k++)
+    const bool is_shown = chain_shows_emitters(t, f->chain[i].n);
+    for (uint32_t k = v->first_environment; is_shown && k < v->n_lights; k++)
         around = vec3_add(around,
                           path_environment(v, t, &seen, &v->lights[k], lanes3_get(&f->d, i)));
     put(f, BUFFER_POSITION, i, vec3_splat(0.0f));
@@ -117,7 +118,7 @@ static bool fetch(struct first_hits *f, const struct view *v, const struct trace
     put(f, BUFFER_ALBEDO, i, look.albedo);
     f->values[BUFFER_ROUGHNESS][i] = look.roughness;
     struct vec3 emission = vec3_splat(0.0f);
-    if (s.shape->emitter != SCENE_NONE && !t->hide_emitters) {
+    if (s.shape->emitter != SCENE_NONE && chain_shows_emitters(t, f->chain[i].n)) {
         surface_normals(&s.n, &s.frame.n);
         emission = light_surface_radiance(v, &s, ray.d);
     }
@@ -130,8 +131,39 @@ static void describe_plain(struct first_hits *f, const struct view *v,
 {
     float one[BUFFER_CHANNELS] = {0}; /* ids are there already */
     const struct ray ray = lane_ray(f, i);
-    path_add_buffers(v, t, &ray, f->offset[i], &f->hit[i], one);
+    struct trace_settings settings = *t;
+    settings.hide_emitters = !chain_shows_emitters(t, f->chain[i].n);
+    path_add_buffers(v, &settings, &ray, f->offset[i], &f->hit[i], one);
     for (uint32_t c = 0; c < BUFFER_SHAPE_ID; c++) f->values[c][i] = one[c];
+}
+
+/* The sampler of a lane, as film and lens leave it. */
+static struct sampler lane_sampler(const struct first_hits *f, const struct stream_film *film,
+                                   uint32_t i)
+{
+    struct sampler r = sampler_start(film->sampler, film->seed, f->pixel[i], f->sample[i]);
+    sampler_next_2d(&r);
+    if (film->camera.kind != SENSOR_THINLENS) return r;
+    sampler_skip_to(&r, PATH_DIMENSION_LENS);
+    sampler_next_2d(&r);
+    return r;
+}
+
+/* Lanes go on to the ends of their chains, one by one. */
+static void follow(struct first_hits *f, const struct view *v, const struct trace_settings *t,
+                   const struct stream_film *film, const uint32_t *lanes, uint32_t n_lanes)
+{
+    for (uint32_t k = 0; k < n_lanes; k++) {
+        const uint32_t i = lanes[k];
+        f->chain[i] = (struct chain){.throughput = {1, 1, 1}};
+        if (!t->follows_delta || !chain_may_start(v, &f->hit[i])) continue;
+        struct sampler sampler = lane_sampler(f, film, i);
+        struct ray ray = lane_ray(f, i);
+        chain_follow(&f->chain[i], v, t, &sampler, &ray, &f->hit[i], &f->offset[i]);
+        lanes3_set(&f->o, i, ray.o);
+        lanes3_set(&f->d, i, ray.d);
+        f->t_max[i] = ray.t_max;
+    }
 }
 
 /* From hits to values. */
@@ -149,6 +181,11 @@ static void describe(struct first_hits *f, const struct view *v, const struct tr
     }
     v->world->kernels->describe(f);
     for (uint32_t k = 0; k < n_plain; k++) describe_plain(f, v, t, plain[k]);
+    for (uint32_t k = 0; t->follows_delta && k < n_lanes; k++) {
+        float(*e)[STREAM_SIZE + 16] = &f->values[BUFFER_EMISSION];
+        const uint32_t i = lanes[k];
+        chain_end(&f->chain[i], vec3(e[0][i], e[1][i], e[2][i]));
+    }
 }
 
 /* Adds a lane to its pixel, of which the first sample comes first: it has the ids. Adding to 0
@@ -159,6 +196,13 @@ static void add(const struct first_hits *f, uint32_t i, uint32_t sample, float *
         for (uint32_t c = 0; c < BUFFER_SHAPE_ID; c++) to[c] += f->values[c][i];
     else
         for (uint32_t c = 0; c < BUFFER_CHANNELS; c++) to[c] = 0.0f + f->values[c][i];
+}
+
+static void add_chain(const struct chain *c, uint32_t sample, float *to)
+{
+    const float values[CHAIN_CHANNELS] = {c->throughput.x, c->throughput.y, c->throughput.z,
+                                          c->emission.x,   c->emission.y,   c->emission.z};
+    for (uint32_t k = 0; k < CHAIN_CHANNELS; k++) to[k] = (sample > 0 ? to[k] : 0.0f) + values[k];
 }
 
 /* The same for the first samples of four pixels that lie side by side: turns lanes and channels
@@ -183,9 +227,11 @@ void buffers_scale(const struct trace_settings *t, const struct buffers_tile *ti
     const float scale = 1.0f / (float)t->spp;
     if (t->spp == 1) return;
     for (uint32_t y = 0; y < tile->height; y++) {
-        float *to = tile->to + y * tile->stride;
+        float *to = tile->to + y * tile->stride * BUFFER_CHANNELS;
+        float *chain = tile->chain ? tile->chain + y * tile->stride * CHAIN_CHANNELS : NULL;
         for (uint32_t x = 0; x < tile->width; x++, to += BUFFER_CHANNELS)
             for (uint32_t c = 0; c < BUFFER_SHAPE_ID; c++) to[c] *= scale;
+        for (uint32_t x = 0; chain && x < tile->width * CHAIN_CHANNELS; x++) chain[x] *= scale;
     }
 }
 
@@ -245,19 +291,21 @@ static void cast(struct first_hits *f, const struct view *v, uint32_t first, uin
     accel_intersect_packet(v->top, &rays, lanes, n_lanes, true, f->hit);
 }
 
-/* Where a lane's pixel is in the tile; NULL: it is not. */
-static float *place_of(const struct first_hits *f, const struct buffers_tile *tile, uint32_t i)
+/* Where a lane's pixel is, counted from the tile's first; SIZE_MAX: not in the tile. */
+static size_t place_of(const struct first_hits *f, const struct buffers_tile *tile, uint32_t i)
 {
     const uint32_t x = f->x[i] - tile->x, y = f->y[i] - tile->y; /* wraps around below 0 */
-    if (x >= tile->width || y >= tile->height) return NULL;
-    return tile->to + y * tile->stride + (size_t)x * BUFFER_CHANNELS;
+    return x < tile->width && y < tile->height ? y * tile->stride + x : SIZE_MAX;
 }
 
 static void add_one(const struct first_hits *f, const struct trace_settings *t,
                     const struct buffers_tile *tile, uint32_t i)
 {
-    float *to = place_of(f, tile, i);
-    if (to) add(f, i, f->sample[i] - t->first_sample, to);
+    const size_t place = place_of(f, tile, i);
+    const uint32_t sample = f->sample[i] - t->first_sample;
+    if (place == SIZE_MAX) return;
+    add(f, i, sample, tile->to + place * BUFFER_CHANNELS);
+    if (tile->chain) add_chain(&f->chain[i], sample, tile->chain + place * CHAIN_CHANNELS);
 }
 
 /* Adds whole blocks, row by row: in the order of memory. */
@@ -267,9 +315,10 @@ static void add_blocks(const struct first_hits *f, const struct trace_settings *
     enum { WIDTH = BUFFERS_BLOCK, LANES = WIDTH * WIDTH };
     for (uint32_t row = 0; row < WIDTH; row++)
         for (uint32_t i = row * WIDTH; i < f->n; i += LANES) {
-            float *to = place_of(f, tile, i);
-            if (f->sample[i] == t->first_sample && to && place_of(f, tile, i + WIDTH - 1))
-                add_four(f, i, to);
+            const size_t place = place_of(f, tile, i);
+            if (f->sample[i] == t->first_sample && !tile->chain && place != SIZE_MAX &&
+                place_of(f, tile, i + WIDTH - 1) != SIZE_MAX)
+                add_four(f, i, tile->to + place * BUFFER_CHANNELS);
             else
                 for (uint32_t k = i; k < i + WIDTH; k++) add_one(f, t, tile, k);
         }
@@ -289,7 +338,8 @@ static void flush(struct first_hits *f, const struct view *v, const struct trace
         cast(f, v, first, n);
     }
     for (uint32_t i = 0; i < f->n; i++)
-        if (place_of(f, tile, i)) lanes[n_lanes++] = i;
+        if (place_of(f, tile, i) != SIZE_MAX) lanes[n_lanes++] = i;
+    follow(f, v, t, film, lanes, n_lanes);
     describe(f, v, t, lanes, n_lanes);
     if (t->spp < BUFFERS_BLOCK_SPP)
         add_blocks(f, t, tile);
@@ -338,9 +388,16 @@ void buffers_trace(const struct view *v, const struct trace_settings *t,
         trace_pixels(&f, v, t, film, tile);
 }
 
+/* A pixel of the tile, counted row by row, as place_of() counts. */
+static size_t pixel_place(const struct buffers_tile *tile, uint32_t pixel)
+{
+    return pixel / tile->width * tile->stride + pixel % tile->width;
+}
+
 void buffers_add_stream(const struct view *v, const struct trace_settings *t,
-                        const struct stream *s, const struct buffers_tile *tile,
-                        const uint32_t *samples, const uint32_t *pixels)
+                        const struct stream_film *film, const struct stream *s,
+                        const struct buffers_tile *tile, const uint32_t *samples,
+                        const uint32_t *pixels)
 {
     struct first_hits f;
     uint32_t lanes[STREAM_SIZE] = {0};
@@ -350,21 +407,40 @@ void buffers_add_stream(const struct view *v, const struct trace_settings *t,
     memcpy(f.t_max, s->t_max, sizeof f.t_max);
     memcpy(f.offset, s->offset, sizeof f.offset);
     memcpy(f.hit, s->hit, sizeof f.hit);
+    memcpy(f.pixel, s->pixel, sizeof f.pixel);
+    memcpy(f.sample, s->sample, sizeof f.sample);
     for (uint32_t i = 0; i < f.n; i++) lanes[i] = i;
+    follow(&f, v, t, film, lanes, f.n);
     describe(&f, v, t, lanes, f.n);
     for (uint32_t i = 0; i < f.n; i++) {
-        const size_t row = pixels[i] / tile->width, column = pixels[i] % tile->width;
-        add(&f, i, samples[i], tile->to + row * tile->stride + column * BUFFER_CHANNELS);
+        const size_t place = pixel_place(tile, pixels[i]);
+        add(&f, i, samples[i], tile->to + place * BUFFER_CHANNELS);
+        if (tile->chain) add_chain(&f.chain[i], samples[i], tile->chain + place * CHAIN_CHANNELS);
     }
 }
 
 void buffers_add_plain(const struct view *v, const struct trace_settings *t, const struct ray *ray,
-                       float offset, const struct hit *hit, uint32_t sample, float *to)
+                       float offset, const struct hit *hit, const struct sampler *sampler,
+                       uint32_t sample, uint32_t pixel, const struct buffers_tile *tile)
 {
+    const size_t place = pixel_place(tile, pixel);
+    float *to = tile->to + place * BUFFER_CHANNELS, one[BUFFER_CHANNELS] = {0};
+    struct chain chain = {.throughput = {1, 1, 1}};
+    struct sampler drawn = *sampler;
+    struct ray last = *ray;
+    struct hit end = *hit;
+    struct trace_settings settings = *t;
+    if (t->follows_delta) chain_follow(&chain, v, t, &drawn, &last, &end, &offset);
+    settings.hide_emitters = !chain_shows_emitters(t, chain.n);
+    path_add_buffers(v, &settings, &last, offset, &end, one);
+    chain_end(&chain, vec3_load(one + BUFFER_EMISSION));
+    if (end.shape != SCENE_NONE) {
+        const struct view_instance *instance = &v->instances[end.instance];
+        one[BUFFER_SHAPE_ID] = (float)(instance->shapes[end.shape].index + 1);
+        one[BUFFER_PRIMITIVE_ID] = (float)end.primitive;
+    }
     if (sample == 0) memset(to, 0, BUFFER_CHANNELS * sizeof *to);
-    path_add_buffers(v, t, ray, offset, hit, to);
-    if (sample > 0 || hit->shape == SCENE_NONE) return;
-    const struct view_instance *instance = &v->instances[hit->instance];
-    to[BUFFER_SHAPE_ID] = (float)(instance->shapes[hit->shape].index + 1);
-    to[BUFFER_PRIMITIVE_ID] = (float)hit->primitive;
+    for (uint32_t c = 0; c < (sample == 0 ? BUFFER_CHANNELS : BUFFER_SHAPE_ID); c++)
+        to[c] += one[c];
+    if (tile->chain) add_chain(&chain, sample, tile->chain + place * CHAIN_CHANNELS);
 }

@@ -2,6 +2,7 @@
 #ifndef RENDER_BUFFERS_H
 #define RENDER_BUFFERS_H
 
+#include "render/chain.h"
 #include "render/stream.h"
 
 /*
@@ -50,6 +51,7 @@ struct first_hits {
     uint32_t is_hit[STREAM_SIZE], has_wi[STREAM_SIZE];
     float t[STREAM_SIZE];
     struct lanes3 normal, shading;
+    struct chain chain[STREAM_SIZE]; /* when deltas are followed */
 
     float values[BUFFER_CHANNELS][STREAM_SIZE + 16]; /* the result; spread over the cache's sets */
 };
@@ -57,8 +59,8 @@ struct first_hits {
 /* A part of the picture, of at most STREAM_SIZE / 4 pixels a side, and where its buffers go. */
 struct buffers_tile {
     uint32_t x, y, width, height; /* in the full picture */
-    float *to;                    /* of its first pixel */
-    size_t stride;                /* floats from row to row */
+    float *to, *chain;            /* of its first pixel; chain: NULL where that is not wanted */
+    size_t stride;                /* pixels from row to row */
 };
 
 /* Traces a tile's buffers: sums of settings->spp samples, for buffers_scale(). */
@@ -68,14 +70,16 @@ void buffers_trace(const struct view *v, const struct trace_settings *t,
 /* The same from a stream whose primary rays are cast; lane i has sample number samples[i] of the
  * tile's pixel pixels[i], of which number 0 comes first. */
 void buffers_add_stream(const struct view *v, const struct trace_settings *t,
-                        const struct stream *s, const struct buffers_tile *tile,
-                        const uint32_t *samples, const uint32_t *pixels);
+                        const struct stream_film *film, const struct stream *s,
+                        const struct buffers_tile *tile, const uint32_t *samples,
+                        const uint32_t *pixels);
 
 /* From sums to means. */
 void buffers_scale(const struct trace_settings *t, const struct buffers_tile *tile);
 
-/* One sample by the reference. */
+/* One sample of the tile's pixel by the reference. `sampler`: where the film left it. */
 void buffers_add_plain(const struct view *v, const struct trace_settings *t, const struct ray *ray,
-                       float offset, const struct hit *hit, uint32_t sample, float *to);
+                       float offset, const struct hit *hit, const struct sampler *sampler,
+                       uint32_t sample, uint32_t pixel, const struct buffers_tile *tile);
 
 #endif

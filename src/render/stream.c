@@ -2,6 +2,7 @@
 #include "render/stream.h"
 
 #include "base/cpu.h"
+#include "render/chain.h"
 #include "render/light.h"
 #include "render/photon.h"
 
@@ -27,6 +28,7 @@ void stream_add(struct stream *s, const struct stream_film *f, uint32_t x, uint3
     s->last_pdf[i] = s->eta[i] = 1.0f;
     s->last_is_delta[i] = true;
     s->met[i] = 0;
+    s->is_chain[i] = true;
     lanes3_set(&s->radiance, i, vec3_splat(0.0f));
 }
 
@@ -62,13 +64,15 @@ void stream_start(struct stream *s, const struct view *v, const struct stream_fi
         look_one_by_one(s, f);
 }
 
-/* Adds light that comes from `emitter`. */
-static void add_radiance(struct stream *s, uint32_t i, uint32_t emitter, struct vec3 value)
+/* Adds light that comes from `emitter`; is_seen: the path itself has met it. */
+static void add_radiance(struct stream *s, uint32_t i, uint32_t emitter, bool is_seen,
+                         struct vec3 value)
 {
     uint32_t path = s->path[i];
     lanes3_set(&s->radiance, path, vec3_add(lanes3_get(&s->radiance, path), value));
     if (!s->groups || !vec3_is_finite(value)) return;
-    float *to = s->groups + s->group_of[emitter] * s->group_stride + s->place[path];
+    uint32_t group = s->group_of[emitter] + (is_seen && s->is_chain[i] ? s->chain_group : 0);
+    float *to = s->groups + group * s->group_stride + s->place[path];
     to[0] += value.x;
     to[1] += value.y;
     to[2] += value.z;
@@ -117,7 +121,8 @@ static void cast_shadows(struct stream *s, const struct view *v)
     }
     for (uint32_t i = 0; i < s->n; i++)
         if (s->is_connected[i] && !is_occluded[i])
-            add_radiance(s, i, v->lights[s->light_index[i]].emitter, lanes3_get(&s->light, i));
+            add_radiance(s, i, v->lights[s->light_index[i]].emitter, false,
+                         lanes3_get(&s->light, i));
 }
 
 /* ---- Arriving -------------------------------------------------------------------------------- */
@@ -140,7 +145,7 @@ static void miss(struct stream *s, const struct view *v, const struct trace_sett
     for (uint32_t k = v->first_environment; k < v->n_lights; k++) {
         const struct light *l = &v->lights[k];
         struct vec3 around = path_environment(v, t, &path, l, lanes3_get(&s->d, i));
-        add_radiance(s, i, l->emitter, vec3_mul(lanes3_get(&s->throughput, i), around));
+        add_radiance(s, i, l->emitter, true, vec3_mul(lanes3_get(&s->throughput, i), around));
     }
 }
 
@@ -193,7 +198,8 @@ static void emit(struct stream *s, const struct view *v, const struct trace_sett
                                     .shape = s->shape[i],
                                     .instance = s->hit[i].instance};
     struct vec3 emission = path_emission(v, t, &path, &surface, lanes3_get(&s->d, i));
-    add_radiance(s, i, s->shape[i]->emitter, vec3_mul(lanes3_get(&s->throughput, i), emission));
+    add_radiance(s, i, s->shape[i]->emitter, true,
+                 vec3_mul(lanes3_get(&s->throughput, i), emission));
 }
 
 static void look_up_material(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf)
@@ -361,6 +367,7 @@ static void compact(struct stream *s)
         s->last_is_delta[k] = s->last_is_delta[i];
         s->eta[k] = s->eta[i];
         s->met[k] = s->met[i];
+        s->is_chain[k] = s->is_chain[i];
         s->seed[k] = s->seed[i];
         s->index[k] = s->index[i];
         s->rng_state[k] = s->rng_state[i];
@@ -373,6 +380,7 @@ static void scatter(struct stream *s, const struct view *v, const struct trace_s
                     int32_t depth)
 {
     v->world->kernels->sample(s);
+    bool goes_on[STREAM_SIZE] = {false};
     for (uint32_t k = 0; k < s->n_scalar; k++) {
         uint32_t i = s->scalar[k];
         struct bsdf_sample b = bsdf_sample(&s->bsdf[i], lanes3_get(&s->wi, i), s->u[4][i],
@@ -382,8 +390,10 @@ static void scatter(struct stream *s, const struct view *v, const struct trace_s
         s->wo_pdf[i] = b.pdf;
         s->wo_eta[i] = b.eta;
         s->wo_is_delta[i] = (b.lobe & LOBE_DELTA) != 0;
+        goes_on[i] = chain_goes_on(&s->bsdf[i], &b);
         if (t->photons[0]) s->met[i] = photon_path_after(s->met[i], s->is_caster[i], b.lobe);
     }
+    for (uint32_t i = 0; s->chain_group && i < s->n; i++) s->is_chain[i] &= goes_on[i];
     v->world->kernels->scatter(s, depth + 1 >= t->rr_depth ? 0.0f : 1.0f);
     /* The last ray of a path can only add what it hits emits: where that is nothing for sure, it
      * need not be cast. */

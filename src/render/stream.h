@@ -105,6 +105,8 @@ struct stream {
      * place[k]. */
     float *groups;
     const uint32_t *group_of; /* [n_emitters] */
+    uint32_t chain_group;     /* added for what is seen along delta chains; 0: nothing to split */
+    uint32_t is_chain[STREAM_SIZE]; /* carried: the path is still on its chain */
     size_t group_stride, place[STREAM_SIZE];
 };
 

@@ -23,6 +23,11 @@ const char *const buffer_channel_names[BUFFER_CHANNELS] = {
     "emission.G", "emission.B",   "depth.Z",      "shape.ID",     "primitive.ID",
 };
 
+const char *const chain_channel_names[CHAIN_CHANNELS] = {
+    "chain_throughput.R", "chain_throughput.G", "chain_throughput.B",
+    "chain_emission.R",   "chain_emission.G",   "chain_emission.B",
+};
+
 void trace_settings_init(struct trace_settings *t, const struct scene *s)
 {
     const struct render_settings *r = &s->settings;
@@ -69,9 +74,9 @@ static void job_init(struct job *j, const struct view *v, const struct trace_set
 static int jobs_init(struct job jobs[2], const struct view *v, const struct trace_settings *t,
                      const struct window *w, const struct trace_output *out)
 {
-    const struct trace_output buffers = {.buffers = out->buffers};
+    const struct trace_output buffers = {.buffers = out->buffers, .chain = out->chain};
     struct trace_output light = *out;
-    light.buffers = NULL;
+    light.buffers = light.chain = NULL;
     job_init(&jobs[0], v, t, w, out);
     if (!out->buffers || !jobs[0].needs_light) return 1;
     if (jobs[0].film.margin == 0 && jobs[0].settings.spp >= BUFFERS_BLOCK_SPP) return 1;
@@ -131,12 +136,16 @@ static size_t pixel_of(const struct job *j, const struct tile *tile, uint32_t i)
 
 static struct buffers_tile buffers_of(const struct job *j, const struct tile *tile)
 {
-    return (struct buffers_tile){.x = tile->x,
-                                 .y = tile->y,
-                                 .width = tile->width,
-                                 .height = tile->height,
-                                 .to = j->out.buffers + pixel_of(j, tile, 0) * BUFFER_CHANNELS,
-                                 .stride = (size_t)j->window.width * BUFFER_CHANNELS};
+    const size_t first = pixel_of(j, tile, 0);
+    return (struct buffers_tile){
+        .x = tile->x,
+        .y = tile->y,
+        .width = tile->width,
+        .height = tile->height,
+        .to = j->out.buffers + first * BUFFER_CHANNELS,
+        .chain = j->out.chain ? j->out.chain + first * CHAIN_CHANNELS : NULL,
+        .stride = j->window.width,
+    };
 }
 
 /* Turns sums by group into means, and their sum into the pixel's colour. */
@@ -165,7 +174,8 @@ static void flush(const struct job *j, struct tile *tile, struct stream *s,
     stream_cast(s, j->view, true);
     if (j->out.buffers) {
         const struct buffers_tile buffers = buffers_of(j, tile);
-        buffers_add_stream(j->view, &j->settings, s, &buffers, origins->sample, origins->pixel);
+        buffers_add_stream(j->view, &j->settings, &j->film, s, &buffers, origins->sample,
+                           origins->pixel);
     }
     for (uint32_t i = 0; j->out.groups && i < n; i++)
         s->place[i] = 3 * pixel_of(j, tile, origins->pixel[i]);
@@ -209,6 +219,7 @@ static void trace_tile(const struct job *j, struct tile *tile)
     stream.n = 0;
     stream.groups = j->out.groups;
     stream.group_of = j->out.group_of;
+    stream.chain_group = j->out.groups ? j->out.chain_group : 0;
     stream.group_stride = group_stride(j);
     for (uint32_t pixel = 0; pixel < tile->width * tile->height; pixel++) {
         for (uint32_t i = 0; i < j->settings.spp; i++) {
@@ -350,9 +361,11 @@ static void trace_tile_plain(const struct job *j, struct tile *tile)
             float offset;
             struct ray ray = start_path(j, tile, pixel, i, &sampler, &at, &offset);
             accel_intersect(j->view->top, &ray, &hit);
-            if (j->out.buffers)
-                buffers_add_plain(j->view, &j->settings, &ray, offset, &hit, i,
-                                  j->out.buffers + pixel_of(j, tile, pixel) * BUFFER_CHANNELS);
+            if (j->out.buffers) {
+                const struct buffers_tile buffers = buffers_of(j, tile);
+                buffers_add_plain(j->view, &j->settings, &ray, offset, &hit, &sampler, i, pixel,
+                                  &buffers);
+            }
             if (!j->needs_light) continue;
             struct vec3 radiance = path_radiance(j->view, &j->settings, &ray, &hit,
                                                  j->settings.photons[i & 1], &sampler);

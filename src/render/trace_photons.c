@@ -10,26 +10,29 @@
  * n-th: variance and bias vanish together (Knaus & Zwicker 2011, alpha = 2/3). */
 enum { PASS_SPP = 32, MIN_PHOTONS = 1 << 13, MAX_PHOTONS = 1 << 19 };
 
-enum { PARTS = 5, PART_BUFFERS = 3, PART_GROUPS = 4 };
+enum { PARTS = 6, PART_BUFFERS = 3, PART_GROUPS = 4, PART_CHAIN = 5 };
 
 struct photon_passes {
     struct photon_map *maps[2]; /* for even and odd samples: the halves stay independent */
     float radius;               /* of the first pass */
-    float *parts[PARTS];        /* a pass's colour, halves, buffers, groups; NULL: not wanted */
+    float *parts[PARTS];        /* a pass's colour, halves, buffers, groups, chain; or NULL */
     size_t n_pixels;            /* room in each */
     uint64_t memory_size;
 };
 
 static float **wanted(struct trace_output *out, int k)
 {
-    float **all[PARTS] = {&out->color, &out->half_a, &out->half_b, &out->buffers, &out->groups};
+    float **all[PARTS] = {&out->color,   &out->half_a, &out->half_b,
+                          &out->buffers, &out->groups, &out->chain};
     return all[k];
 }
 
 /* Floats for each pixel. */
 static size_t n_channels(const struct trace_output *out, int k)
 {
-    return k == PART_BUFFERS ? BUFFER_CHANNELS : k == PART_GROUPS ? 3 * (size_t)out->n_groups : 3;
+    if (k == PART_BUFFERS) return BUFFER_CHANNELS;
+    if (k == PART_CHAIN) return CHAIN_CHANNELS;
+    return k == PART_GROUPS ? 3 * (size_t)out->n_groups : 3;
 }
 
 void photon_passes_free(struct photon_passes *p)

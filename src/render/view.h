@@ -47,6 +47,7 @@ struct trace_settings {
     bool splats; /* a sample counts in all pixels whose filter it falls under; with groups never */
     uint64_t seed;
     uint32_t first_sample; /* number of the first of the spp samples: even; 0 but in passes */
+    bool follows_delta;    /* buffers show what is behind mirrors and glass: chain.h */
     /* Photons for even and odd samples: caustics come from them. NULL: paths alone. */
     const struct photon_map *photons[2];
 };
@@ -83,17 +84,29 @@ enum buffer_channel {
 };
 extern const char *const buffer_channel_names[BUFFER_CHANNELS]; /* "position.X", ... */
 
+/* What mirrors and glass on the way to that surface do, when they are followed. */
+enum chain_channel {
+    CHAIN_THROUGHPUT = 0, /* rgb: radiance = emission + throughput * what the surface scatters */
+    CHAIN_EMISSION = 3,   /* rgb, radiance: along the way and of the surface itself */
+    CHAIN_CHANNELS = 6
+};
+extern const char *const chain_channel_names[CHAIN_CHANNELS];
+
 /* Where results go; row-major over the window. Any pointer may be NULL: that part is not computed
  * (with color, half_a and half_b all NULL no light path is traced: buffers only). */
 struct trace_output {
     float *color;           /* [height][width][3], mean of all samples: radiance */
     float *half_a, *half_b; /* the same from the even and the odd samples */
     float *buffers;         /* [height][width][BUFFER_CHANNELS] */
+    float *chain; /* [height][width][CHAIN_CHANNELS], for follows_delta and buffers only */
     /* [n_groups][height][width][3], zeroed by the caller: the part of colour that comes from each
      * group of emitters; their sum, in this order, is colour exactly. group_of: [n_emitters]. */
     float *groups;
     uint32_t n_groups;
     const uint32_t *group_of;
+    /* What is seen along delta chains alone (chain.h) goes to group_of[] + chain_group instead: 0
+     * where it stays with the rest. */
+    uint32_t chain_group;
 };
 
 /* Traces a window on the calling thread. The picture is a function of (state, settings, pixel). */

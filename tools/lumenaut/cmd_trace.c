@@ -10,6 +10,7 @@ struct trace_args {
     struct picture_args picture;
     uint32_t half_buffers;
     const char *light_groups;
+    uint32_t follow_delta, split_delta;
     uint32_t sampler, mis, integrator;
 };
 
@@ -29,6 +30,16 @@ static const struct arg_option trace_options[] = {
              "\"ceiling=lamp_1,lamp_2;outside=sky\": NAME.R ..; their sum is the picture",
      .fallback = "the scene's groups, where it has some",
      .offset = offsetof(struct trace_args, light_groups)},
+    {.name = "follow-delta",
+     .type = ARG_FLAG,
+     .help = "buffers show what is behind mirrors and glass, with throughput and emission on the "
+             "way there, chain_throughput.R .. and chain_emission.R ..; implies --buffers",
+     .offset = offsetof(struct trace_args, follow_delta)},
+    {.name = "split-delta",
+     .type = ARG_FLAG,
+     .help = "append the picture in two: lights seen directly or by mirrors and glass alone, "
+             "seen.R .., and the rest, rest.R ..",
+     .offset = offsetof(struct trace_args, split_delta)},
     {.name = "sampler",
      .type = ARG_CHOICE,
      .argument = "NAME",
@@ -125,10 +136,12 @@ static int run(void *args)
                                        .max_depth = p->max_depth,
                                        .rr_depth = p->rr_depth,
                                        .seed = p->seed,
-                                       .buffers = p->buffers,
+                                       .buffers = p->buffers || a->follow_delta,
                                        .half_buffers = a->half_buffers,
                                        .light_groups = a->light_groups != NULL,
                                        .light_group_names = a->light_groups,
+                                       .follow_delta = a->follow_delta,
+                                       .split_delta = a->split_delta,
                                        .sampler = sampler_names[a->sampler],
                                        .mis = mis_names[a->mis],
                                        .integrator = integrator_names[a->integrator]};

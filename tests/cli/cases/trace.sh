@@ -36,6 +36,12 @@ json 'd["channels"] == ["R", "G", "B", "lamp.emitter.R", "lamp.emitter.G", "lamp
 json 'd["channels"] == ["R", "G", "B", "all.R", "all.G", "all.B"] and d["integrator"] == "path+photons"' <l.json
 code 2 "$lumenaut" trace "$scene" -o x.png --light-groups=all=lmap 2>>said
 
+# behind mirrors and glass
+"$lumenaut" trace "$scene" -o m.exr -q --follow-delta --split-delta --json >m.json
+json 'len(d["channels"]) == 40 and {"chain_throughput.R", "chain_emission.B", "rest.R", "seen.B"} <= set(d["channels"])' <m.json
+"$lumenaut" trace "$scene" -o m.exr -q --split-delta --light-groups --integrator path+photons --json >m.json
+json 'd["channels"][3::3] == ["lamp.emitter.rest.R", "lamp.emitter.seen.R"]' <m.json
+
 # options act whatever their order; -- ends them; variables and defines
 cp "$scene" ./-box.xml
 cp "$here/scenes/box.variables.json" ./-box.variables.json

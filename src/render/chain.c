@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/chain.h"
+
+#include "render/light.h"
+
+void chain_follow(struct chain *c, const struct view *v, const struct trace_settings *t,
+                  struct sampler *sampler, struct ray *ray, struct hit *hit, float *offset)
+{
+    *c = (struct chain){.throughput = {1, 1, 1}};
+    for (int32_t depth = 0; depth < CHAIN_MAX; depth++) {
+        if (t->max_depth >= 0 && depth + 1 >= t->max_depth) return;
+        if (!chain_may_start(v, hit)) return;
+        struct surface s;
+        struct bsdf_point bsdf;
+        surface_init(&s, v, ray, hit);
+        uint32_t material = v->state.shape_bsdfs[s.shape->index];
+        const struct bsdf_place at = surface_place(&s, &v->materials[material]);
+        bsdf_point_init(&bsdf, v->materials, material, &v->textures, &at);
+        /* The numbers of a path: light, direction, lobe, roulette. */
+        sampler_skip_to(sampler, path_dimension(depth));
+        sampler_next_2d(sampler);
+        const struct vec2 u = sampler_next_2d(sampler);
+        const float u_lobe = sampler_next_1d(sampler);
+        sampler_next_1d(sampler);
+        const struct bsdf_sample b = bsdf_sample(&bsdf, s.wi, u_lobe, u.x, u.y);
+        if (!chain_goes_on(&bsdf, &b)) return;
+        const struct vec3 throughput = vec3_mul(c->throughput, b.weight);
+        if (!vec3_is_finite(throughput)) return;
+        if (s.shape->emitter != SCENE_NONE && chain_shows_emitters(t, c->n))
+            chain_end(c, light_surface_radiance(v, &s, ray->d));
+        c->throughput = throughput;
+        if (!(vec3_max(throughput) > 0.0f)) return;
+        *ray = surface_ray(s.p, s.n, frame_to_world(&s.frame, b.wo));
+        *offset += s.t + vec3_dot(vec3_sub(ray->o, s.p), ray->d);
+        accel_intersect(v->top, ray, hit);
+        c->n++;
+    }
+}

@@ -113,11 +113,6 @@ static void sample_cylinder(const struct light *l, const struct view_instance *i
 
 /* ---- Spheres --------------------------------------------------------------------------------- */
 
-struct sphere {
-    struct vec3 center;
-    float radius; /* world space; 0: an ellipsoid, sampled by area only */
-};
-
 static struct sphere sphere_in_world(const struct world_shape *shape,
                                      const struct view_instance *instance)
 {
@@ -150,22 +145,6 @@ static void sample_sphere_area(const struct light *l, const struct view_instance
     sphere_uv(shape, instance, s);
 }
 
-/* Is the cone of the sphere usable from this point? Then *cos_max is its opening. */
-static bool sphere_cone(const struct sphere *sphere, struct vec3 to_center, float *sin_max2)
-{
-    float d2 = vec3_dot(to_center, to_center);
-    if (!(sphere->radius > 0.0f) || d2 <= sphere->radius * sphere->radius * (1.0f + 1e-4f))
-        return false;
-    *sin_max2 = sphere->radius * sphere->radius / d2;
-    return true;
-}
-
-/* 1 - cos of the cone's opening, without cancellation. */
-static float cone_height(float sin_max2)
-{
-    return sin_max2 / (1.0f + sqrtf(1.0f - sin_max2));
-}
-
 /* Directions uniform in the cone that the sphere fills; the point is where they meet it first. */
 static bool sample_sphere_cone(const struct light *l, const struct view_instance *instance,
                                struct vec3 reference, float u1, float u2, struct area_sample *s,
@@ -173,22 +152,13 @@ static bool sample_sphere_cone(const struct light *l, const struct view_instance
 {
     struct sphere sphere = sphere_in_world(l->shape, instance);
     struct vec3 to_center = vec3_sub(sphere.center, reference);
-    float sin_max2;
-    if (!sphere_cone(&sphere, to_center, &sin_max2)) return false;
-    float height = cone_height(sin_max2), h = height * u1; /* 1 - cos */
-    float sin2 = h * (2.0f - h), cosine = 1.0f - h;
-    float sin_max = sqrtf(sin_max2);
-    /* The angle at the centre, between the axis to the reference and the point. */
-    float cos_alpha = sin2 / sin_max + cosine * sqrtf(max_float(0.0f, 1.0f - sin2 / sin_max2));
-    float sin_alpha = sqrtf(max_float(0.0f, 1.0f - cos_alpha * cos_alpha));
-    float sin_phi, cos_phi;
-    warp_sincos_turn(u2, &sin_phi, &cos_phi);
-    struct frame f = frame_from_normal(vec3_neg(vec3_normalize(to_center)));
-    struct vec3 n = frame_to_world(&f, vec3(cos_phi * sin_alpha, sin_phi * sin_alpha, cos_alpha));
+    float sin_max2 = sphere_cone(&sphere, to_center);
+    if (sin_max2 == 0.0f) return false;
+    struct vec3 n = sphere_cone_sample(to_center, sin_max2, u1, u2);
     s->p = vec3_madd(sphere.center, n, sphere.radius);
     s->n = l->shape->is_flipped ? vec3_neg(n) : n;
     s->pdf = 1.0f; /* not used */
-    *pdf = 0.5f * MATH_INV_PI / height;
+    *pdf = sphere_cone_pdf(sin_max2);
     sphere_uv(l->shape, instance, s);
     return true;
 }
@@ -234,11 +204,7 @@ static bool sample_area(const struct view *v, const struct light *l, struct vec3
     if (!is_cone) sample_surface(l, instance, u1, u2, &a);
     s->p = a.p;
     struct vec3 radiance = emitted(v, l->emitter, a.u, a.v);
-    bool is_found = light_sample_finish(s, reference, a.n, a.pdf, radiance, choice);
-    if (!is_found || !is_cone) return is_found;
-    s->pdf = pdf * choice;
-    s->weight = vec3_scale(radiance, 1.0f / s->pdf);
-    return true;
+    return light_sample_finish(s, reference, a.n, a.pdf, is_cone ? pdf : 0.0f, radiance, choice);
 }
 
 bool light_sample(const struct view *v, struct vec3 reference, float u1, float u2,
@@ -250,7 +216,7 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
     s->light = index;
     if (v->table.n > 0) {
         int32_t k = light_table_choose(&v->table, index, u1);
-        return light_table_sample(s, &v->table, k, reference, u1, u2, choice);
+        return light_table_sample(s, &v->table, k, reference, u1, u2, choice, v->table.has_spheres);
     }
     const struct light *l = &v->lights[index];
     s->p = vec3_splat(0.0f);
@@ -295,9 +261,8 @@ float light_surface_pdf(const struct view *v, struct vec3 reference, const struc
         break;
     case SHAPE_SPHERE: {
         struct sphere sphere = sphere_in_world(shape, instance);
-        float sin_max2;
-        if (sphere_cone(&sphere, vec3_sub(sphere.center, reference), &sin_max2))
-            return 0.5f * MATH_INV_PI * choice / cone_height(sin_max2);
+        float sin_max2 = sphere_cone(&sphere, vec3_sub(sphere.center, reference));
+        if (sin_max2 > 0.0f) return sphere_cone_pdf(sin_max2) * choice;
         per_area = WARP_SPHERE_PDF / (shape->radius * shape->radius * area_scale(instance, s->n));
         break;
     }

@@ -2,6 +2,7 @@
 #ifndef RENDER_LIGHT_H
 #define RENDER_LIGHT_H
 
+#include "render/sphere.h"
 #include "render/surface.h"
 #include "render/world.h"
 
@@ -56,23 +57,24 @@ void light_guide_init(struct light_guide *g, const struct view *v);
 uint32_t light_choose(const struct view *v, struct vec3 p, float *u1, float *probability);
 float light_probability(const struct view *v, struct vec3 p, uint32_t light);
 
-/* Completes a sample whose point s->p with unit normal n has density per_area, for a light that is
- * chosen with probability `choice`. */
+/* Completes a sample whose point s->p with unit normal n has density per_area, or where that is not
+ * 0 cone_pdf in solid angle, for a light that is chosen with probability `choice`. */
 static inline bool light_sample_finish(struct light_sample *s, struct vec3 reference, struct vec3 n,
-                                       float per_area, struct vec3 radiance, float choice)
+                                       float per_area, float cone_pdf, struct vec3 radiance,
+                                       float choice)
 {
     struct vec3 d = vec3_sub(s->p, reference);
     float distance2 = vec3_dot(d, d);
     s->d = vec3_scale(d, 1.0f / sqrtf(distance2));
     float cosine = -vec3_dot(s->d, n); /* behind, the light does not shine */
-    float pdf = per_area * distance2 / cosine;
+    float pdf = cone_pdf > 0.0f ? cone_pdf : per_area * distance2 / cosine;
     s->pdf = pdf * choice;
     s->weight = vec3_scale(radiance, 1.0f / s->pdf);
     s->is_delta = s->is_infinite = false;
     return (distance2 > 0.0f) & (cosine > 0.0f) & (pdf > 0.0f) & (pdf < INFINITY);
 }
 
-/* The triangle of a light in a table that u chooses. */
+/* The element of a light in a table that u chooses. */
 static inline int32_t light_table_choose(const struct light_table *t, uint32_t light, float u)
 {
     int32_t k = t->first[light];
@@ -80,19 +82,51 @@ static inline int32_t light_table_choose(const struct light_table *t, uint32_t l
     return k;
 }
 
-/* A sample on triangle k, which u1 has chosen, of a light chosen with probability `choice`. */
+/* The normal where a light sample is on a sphere: uniform in the cone that it fills, *pdf in solid
+ * angle; from inside uniform by area, *pdf 0. */
+static inline struct vec3 light_sphere_sample(const struct sphere *sphere, struct vec3 reference,
+                                              float u1, float u2, float *pdf)
+{
+    struct vec3 to_center = vec3_sub(sphere->center, reference);
+    float sin_max2 = sphere_cone(sphere, to_center);
+    bool is_cone = sin_max2 > 0.0f;
+    struct vec3 a = sphere_cone_sample(to_center, sin_max2, u1, u2), b = warp_sphere(u1, u2);
+    *pdf = is_cone ? sphere_cone_pdf(sin_max2) : 0.0f;
+    return vec3(is_cone ? a.x : b.x, is_cone ? a.y : b.y, is_cone ? a.z : b.z);
+}
+
+/* A sample on element k, which u1 has chosen, of a light chosen with probability `choice`.
+ * Has_spheres: the table's, where compilers should know. */
 static inline bool light_table_sample(struct light_sample *s, const struct light_table *t,
                                       int32_t k, struct vec3 reference, float u1, float u2,
-                                      float choice)
+                                      float choice, bool has_spheres)
 {
-    struct vec2 b = warp_triangle(min_float((u1 - t->cdf[k]) * t->scale[k], 0x1.fffffep-1f), u2);
     struct vec3 p = vec3(t->p.x[k], t->p.y[k], t->p.z[k]);
     struct vec3 e0 = vec3(t->e0.x[k], t->e0.y[k], t->e0.z[k]);
     struct vec3 e1 = vec3(t->e1.x[k], t->e1.y[k], t->e1.z[k]);
     struct vec3 n = vec3(t->normal.x[k], t->normal.y[k], t->normal.z[k]);
     struct vec3 radiance = vec3(t->radiance.x[k], t->radiance.y[k], t->radiance.z[k]);
-    s->p = vec3_madd(vec3_madd(p, e0, b.x), e1, b.y);
-    return light_sample_finish(s, reference, n, t->pdf[k], radiance, choice);
+    float u = min_float((u1 - t->cdf[k]) * t->scale[k], 0x1.fffffep-1f), cone_pdf = 0.0f;
+    struct vec2 b = warp_triangle(u, u2), disk = warp_disk(u, u2);
+    bool is_disk = t->is_disk[k] != 0;
+    b.x = is_disk ? disk.x : b.x;
+    b.y = is_disk ? disk.y : b.y;
+    struct vec3 at = vec3_madd(vec3_madd(p, e0, b.x), e1, b.y);
+    if (has_spheres) {
+        const struct sphere sphere = {p, t->radius[k]};
+        bool is_sphere = sphere.radius > 0.0f;
+        struct vec3 of_sphere = light_sphere_sample(&sphere, reference, u, u2, &cone_pdf);
+        struct vec3 on_sphere = vec3_madd(p, of_sphere, sphere.radius);
+        n.x = is_sphere ? of_sphere.x : n.x;
+        n.y = is_sphere ? of_sphere.y : n.y;
+        n.z = is_sphere ? of_sphere.z : n.z;
+        at.x = is_sphere ? on_sphere.x : at.x;
+        at.y = is_sphere ? on_sphere.y : at.y;
+        at.z = is_sphere ? on_sphere.z : at.z;
+        cone_pdf = is_sphere ? cone_pdf : 0.0f;
+    }
+    s->p = at;
+    return light_sample_finish(s, reference, n, t->pdf[k], cone_pdf, radiance, choice);
 }
 
 /* Fills the view's table from its lights. */

@@ -8,7 +8,7 @@
 
 /*
  * Many light paths in step: all arrive, all connect to lights, all scatter. The state of the paths
- * lies in arrays, one lane per path, so that the arithmetic of most lanes (triangles, triangle
+ * lies in arrays, one lane per path, so that the arithmetic of most lanes (triangles, simple
  * lights, diffuse surfaces) runs in loops that compilers turn into vector code (stream_kernels.h,
  * one translation unit per instruction set); other lights and materials take their lanes one by one
  * through the functions that the plain loop calls, path_radiance(). The arithmetic is the same
@@ -80,8 +80,8 @@ struct stream {
     float u[6][STREAM_SIZE];
 
     /* The light sample. */
-    uint32_t has_light[STREAM_SIZE];                         /* one is wanted; one was found */
-    int32_t light_index[STREAM_SIZE], triangle[STREAM_SIZE]; /* triangle: of the table */
+    uint32_t has_light[STREAM_SIZE];                        /* one is wanted; one was found */
+    int32_t light_index[STREAM_SIZE], element[STREAM_SIZE]; /* element: of the table */
     float light_sum[STREAM_SIZE], light_left[STREAM_SIZE], light_choice[STREAM_SIZE];
     struct lanes3 light_p, light_d, light_weight, light_wo; /* light_wo: d in the shading frame */
     float light_pdf[STREAM_SIZE];

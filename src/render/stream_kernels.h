@@ -161,11 +161,11 @@ static void choose_light(struct stream *s, const struct light_guide *g)
     }
 }
 
-LANE void light_lane(struct stream *s, uint32_t i, const struct light_table *t)
+LANE void light_lane(struct stream *s, uint32_t i, const struct light_table *t, bool has_spheres)
 {
     struct light_sample l;
-    bool is_found = light_table_sample(&l, t, s->triangle[i], lanes3_get(&s->p, i),
-                                       s->light_left[i], s->u[1][i], s->light_choice[i]);
+    bool is_found = light_table_sample(&l, t, s->element[i], lanes3_get(&s->p, i), s->light_left[i],
+                                       s->u[1][i], s->light_choice[i], has_spheres);
     lanes3_set(&s->light_p, i, l.p);
     lanes3_set(&s->light_d, i, l.d);
     lanes3_set(&s->light_weight, i, l.weight);
@@ -179,17 +179,22 @@ static void light(struct stream *s, const struct light_guide *g, const struct li
     uint32_t n = s->n;
     choose_light(s, g);
 #pragma omp simd
-    for (uint32_t i = 0; i < n; i++) s->triangle[i] = t->first[s->light_index[i]];
-    for (int32_t k = 1; k < t->n; k++) { /* light_table_choose(), a triangle at a time */
+    for (uint32_t i = 0; i < n; i++) s->element[i] = t->first[s->light_index[i]];
+    for (int32_t k = 1; k < t->n; k++) { /* light_table_choose(), an element at a time */
         float cdf = t->cdf[k];
         int32_t of = t->light[k];
         if (of != t->light[k - 1]) continue; /* a light's first */
 #pragma omp simd
         for (uint32_t i = 0; i < n; i++)
-            s->triangle[i] += (s->light_index[i] == of) & (cdf <= s->light_left[i]);
+            s->element[i] += (s->light_index[i] == of) & (cdf <= s->light_left[i]);
     }
+    if (t->has_spheres) {
 #pragma omp simd
-    for (uint32_t i = 0; i < n; i++) light_lane(s, i, t);
+        for (uint32_t i = 0; i < n; i++) light_lane(s, i, t, true);
+    } else {
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) light_lane(s, i, t, false);
+    }
 }
 
 LANE void eval_lane(struct stream *s, uint32_t i)

@@ -110,17 +110,21 @@ struct light_guide {
 };
 
 /*
- * The triangles of all lights, in world space and ready for sampling, where nothing else shines and
- * they are few: flat meshes that shine the same everywhere and are scaled alike in all directions.
- * Then vector code can choose among them and gather what it needs.
+ * The elements of all lights (triangles, disks, spheres), in world space and ready for sampling,
+ * where nothing else shines and they are few: flat meshes, disks and spheres that shine the same
+ * everywhere. Then vector code can choose among them and gather what it needs.
  */
 enum { LIGHT_TABLE_SIZE = 64 };
 
 struct light_table {
-    int32_t n;                       /* 0: no table */
-    int32_t first[LIGHT_GUIDES + 1]; /* of a light's triangles */
-    int32_t light[LIGHT_TABLE_SIZE]; /* of a triangle */
-    /* A corner, the edges from it, the unit normal on the side that shines. */
+    int32_t n; /* 0: no table */
+    bool has_spheres;
+    int32_t first[LIGHT_GUIDES + 1]; /* of a light's elements */
+    int32_t light[LIGHT_TABLE_SIZE]; /* of an element */
+    int32_t is_disk[LIGHT_TABLE_SIZE];
+    float radius[LIGHT_TABLE_SIZE]; /* spheres; 0 for others */
+    /* A triangle's corner and the edges from it, a disk's centre and its axes, a sphere's centre;
+     * the unit normal on the side that shines. */
     struct {
         float x[LIGHT_TABLE_SIZE], y[LIGHT_TABLE_SIZE], z[LIGHT_TABLE_SIZE];
     } p, e0, e1, normal, radiance;

@@ -5,6 +5,9 @@
 #include <math.h>
 #include <stdbool.h>
 
+/* Functions that loops of vector code call: they must vanish in them. */
+#define MATH_INLINE static inline __attribute__((always_inline))
+
 /* fmaxf() and fminf() are calls into libm on baseline x86-64, for the sake of NaN; these are one
  * instruction. With a NaN among the arguments they return the second. */
 static inline float max_float(float a, float b)

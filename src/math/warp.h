@@ -25,7 +25,7 @@ static inline void warp_sincos_quarter(float a, float *s, float *c)
 }
 
 /* sin and cos of 2 pi t for t in [0,1]. */
-static inline void warp_sincos_turn(float t, float *s, float *c)
+MATH_INLINE void warp_sincos_turn(float t, float *s, float *c)
 {
     float quarter = floor_float(4.0f * t + 0.5f); /* 0 .. 4 */
     float a, b;
@@ -37,7 +37,7 @@ static inline void warp_sincos_turn(float t, float *s, float *c)
 }
 
 /* The unit disk by the concentric map (Shirley & Chiu 1997); density 1/pi. */
-static inline struct vec2 warp_disk(float u, float v)
+MATH_INLINE struct vec2 warp_disk(float u, float v)
 {
     float x = 2.0f * u - 1.0f, y = 2.0f * v - 1.0f;
     /* Without branches, which would be mispredicted half of the time. */
@@ -48,7 +48,7 @@ static inline struct vec2 warp_disk(float u, float v)
 }
 
 /* The upper hemisphere, density z/pi. */
-static inline struct vec3 warp_cosine_hemisphere(float u, float v)
+MATH_INLINE struct vec3 warp_cosine_hemisphere(float u, float v)
 {
     struct vec2 d = warp_disk(u, v);
     float z = 1.0f - (d.x * d.x + d.y * d.y);
@@ -61,7 +61,7 @@ static inline float warp_cosine_hemisphere_pdf(float z)
 }
 
 /* The unit sphere, density 1/(4 pi). */
-static inline struct vec3 warp_sphere(float u, float v)
+MATH_INLINE struct vec3 warp_sphere(float u, float v)
 {
     float z = 1.0f - 2.0f * v, r = sqrtf(max_float(0.0f, 1.0f - z * z)), s, c;
     warp_sincos_turn(u, &s, &c);

@@ -33,13 +33,12 @@ void film_tile_add(struct film_tile *t, const struct filter *f, uint32_t margin,
     uint32_t first_x = (uint32_t)((int32_t)at->column - t->x) - margin;
     uint32_t first_y = (uint32_t)((int32_t)at->row - t->y) - margin;
     struct film_sum *sums = t->sums + first_y * side + first_x;
+    const float rgbw[4] = {radiance.x, radiance.y, radiance.z, 1.0f};
     for (uint32_t j = 0; j < n; j++) {
         for (uint32_t i = 0; i < n; i++) {
             float weight = across[i] * down[j], *to = sums[j * side + i].rgbw[at->half];
-            to[0] += radiance.x * weight;
-            to[1] += radiance.y * weight;
-            to[2] += radiance.z * weight;
-            to[3] += weight;
+#pragma omp simd
+            for (uint32_t c = 0; c < 4; c++) to[c] += rgbw[c] * weight;
         }
     }
 }

@@ -42,12 +42,21 @@ static inline float light_weight(const struct light_hint *h, struct vec3 p)
     return weight / (h->near * distance2 + (1.0f - h->near));
 }
 
-/* The probability of one of n lights with this weight, from the sum of all weights. */
-static inline float light_share(uint32_t n, float sum, float weight)
+/* Probabilities of n lights from the sum of their weights: even + scale * weight. */
+struct light_shares {
+    float even, scale;
+};
+
+static inline struct light_shares light_shares(uint32_t n, float sum)
 {
     bool has_weight = (sum > 0.0f) & (sum < INFINITY);
-    float even = (has_weight ? LIGHT_EVEN : 1.0f) / (float)n;
-    return even + (has_weight ? (1.0f - LIGHT_EVEN) / sum : 0.0f) * weight;
+    return (struct light_shares){(has_weight ? LIGHT_EVEN : 1.0f) / (float)n,
+                                 has_weight ? (1.0f - LIGHT_EVEN) / sum : 0.0f};
+}
+
+static inline float light_share(struct light_shares s, float weight)
+{
+    return s.even + s.scale * weight;
 }
 
 void light_guide_init(struct light_guide *g, const struct view *v);
@@ -59,9 +68,9 @@ float light_probability(const struct view *v, struct vec3 p, uint32_t light);
 
 /* Completes a sample whose point s->p with unit normal n has density per_area, or where that is not
  * 0 cone_pdf in solid angle, for a light that is chosen with probability `choice`. */
-static inline bool light_sample_finish(struct light_sample *s, struct vec3 reference, struct vec3 n,
-                                       float per_area, float cone_pdf, struct vec3 radiance,
-                                       float choice)
+MATH_INLINE bool light_sample_finish(struct light_sample *s, struct vec3 reference, struct vec3 n,
+                                     float per_area, float cone_pdf, struct vec3 radiance,
+                                     float choice)
 {
     struct vec3 d = vec3_sub(s->p, reference);
     float distance2 = vec3_dot(d, d);
@@ -84,8 +93,8 @@ static inline int32_t light_table_choose(const struct light_table *t, uint32_t l
 
 /* The normal where a light sample is on a sphere: uniform in the cone that it fills, *pdf in solid
  * angle; from inside uniform by area, *pdf 0. */
-static inline struct vec3 light_sphere_sample(const struct sphere *sphere, struct vec3 reference,
-                                              float u1, float u2, float *pdf)
+MATH_INLINE struct vec3 light_sphere_sample(const struct sphere *sphere, struct vec3 reference,
+                                            float u1, float u2, float *pdf)
 {
     struct vec3 to_center = vec3_sub(sphere->center, reference);
     float sin_max2 = sphere_cone(sphere, to_center);
@@ -97,9 +106,9 @@ static inline struct vec3 light_sphere_sample(const struct sphere *sphere, struc
 
 /* A sample on element k, which u1 has chosen, of a light chosen with probability `choice`.
  * Has_spheres: the table's, where compilers should know. */
-static inline bool light_table_sample(struct light_sample *s, const struct light_table *t,
-                                      int32_t k, struct vec3 reference, float u1, float u2,
-                                      float choice, bool has_spheres)
+MATH_INLINE bool light_table_sample(struct light_sample *s, const struct light_table *t, int32_t k,
+                                    struct vec3 reference, float u1, float u2, float choice,
+                                    bool has_spheres)
 {
     struct vec3 p = vec3(t->p.x[k], t->p.y[k], t->p.z[k]);
     struct vec3 e0 = vec3(t->e0.x[k], t->e0.y[k], t->e0.z[k]);

@@ -103,8 +103,9 @@ uint32_t light_choose(const struct view *v, struct vec3 p, float *u1, float *pro
         return low;
     }
     float weights[LIGHT_GUIDES], sum = weigh(g, p, weights), rest = *u1;
+    const struct light_shares shares = light_shares(g->n, sum);
     for (uint32_t k = 0;; k++) {
-        *probability = light_share(g->n, sum, weights[k]);
+        *probability = light_share(shares, weights[k]);
         if (rest < *probability || k + 1 == g->n) {
             *u1 = light_rest(rest, *probability);
             return k;
@@ -120,5 +121,5 @@ float light_probability(const struct view *v, struct vec3 p, uint32_t light)
     if (v->n_lights == 1) return 1.0f;
     if (g->n == 0) return v->light_cdf[light + 1] - v->light_cdf[light];
     float sum = weigh(g, p, weights);
-    return light_share(g->n, sum, weights[light]);
+    return light_share(light_shares(g->n, sum), weights[light]);
 }

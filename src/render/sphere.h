@@ -12,22 +12,22 @@ struct sphere {
 
 /* The squared sine of half the cone's opening from a point, of which to_center is the vector to the
  * centre; 0 where there is none: inside, or next to the sphere. */
-static inline float sphere_cone(const struct sphere *s, struct vec3 to_center)
+MATH_INLINE float sphere_cone(const struct sphere *s, struct vec3 to_center)
 {
     float r2 = s->radius * s->radius, d2 = vec3_dot(to_center, to_center);
     return d2 > r2 * (1.0f + 1e-4f) ? r2 / d2 : 0.0f;
 }
 
 /* Density of directions in it. */
-static inline float sphere_cone_pdf(float sin_max2)
+MATH_INLINE float sphere_cone_pdf(float sin_max2)
 {
     float height = sin_max2 / (1.0f + sqrtf(1.0f - sin_max2)); /* 1 - cos, without cancellation */
     return 0.5f * MATH_INV_PI / height;
 }
 
 /* The normal where a direction of the cone first meets the sphere. */
-static inline struct vec3 sphere_cone_sample(struct vec3 to_center, float sin_max2, float u1,
-                                             float u2)
+MATH_INLINE struct vec3 sphere_cone_sample(struct vec3 to_center, float sin_max2, float u1,
+                                           float u2)
 {
     float h = sin_max2 / (1.0f + sqrtf(1.0f - sin_max2)) * u1; /* 1 - cos */
     float sin2 = h * (2.0f - h), cosine = 1.0f - h;

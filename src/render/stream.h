@@ -82,7 +82,7 @@ struct stream {
     /* The light sample. */
     uint32_t has_light[STREAM_SIZE];                        /* one is wanted; one was found */
     int32_t light_index[STREAM_SIZE], element[STREAM_SIZE]; /* element: of the table */
-    float light_sum[STREAM_SIZE], light_left[STREAM_SIZE], light_choice[STREAM_SIZE];
+    float light_left[STREAM_SIZE], light_choice[STREAM_SIZE];
     struct lanes3 light_p, light_d, light_weight, light_wo; /* light_wo: d in the shading frame */
     float light_pdf[STREAM_SIZE];
     uint32_t light_is_delta[STREAM_SIZE], light_is_infinite[STREAM_SIZE];

@@ -7,7 +7,8 @@
 #include "render/stream.h"
 
 /* All calls are inlined: a loop that calls is no loop of vectors. */
-#define LANE static inline __attribute__((always_inline, flatten))
+#define LANE   static inline __attribute__((always_inline, flatten))
+#define KERNEL static __attribute__((flatten)) void
 
 static inline float choose(bool condition, float a, float b)
 {
@@ -44,7 +45,7 @@ LANE void start_lane(struct stream *s, uint32_t i, enum sampler_kind kind, uint6
     }
 }
 
-static void start(struct stream *s, enum sampler_kind kind, uint64_t seed)
+KERNEL start(struct stream *s, enum sampler_kind kind, uint64_t seed)
 {
     uint32_t n = s->n;
     if (kind == SAMPLER_INDEPENDENT) {
@@ -64,7 +65,7 @@ LANE void look_lane(struct stream *s, uint32_t i, const struct camera *camera)
     s->t_max[i] = ray.t_max;
 }
 
-static void look(struct stream *s, const struct camera *camera)
+KERNEL look(struct stream *s, const struct camera *camera)
 {
     const struct camera c = *camera;
     uint32_t n = s->n;
@@ -87,7 +88,7 @@ LANE void draw_lane(struct stream *s, uint32_t i, enum sampler_kind kind, uint32
     if (kind == SAMPLER_INDEPENDENT) s->rng_state[i] = r.rng.state;
 }
 
-static void draw(struct stream *s, enum sampler_kind kind, uint32_t dimension)
+KERNEL draw(struct stream *s, enum sampler_kind kind, uint32_t dimension)
 {
     uint32_t n = s->n;
     if (kind == SAMPLER_INDEPENDENT) {
@@ -113,51 +114,61 @@ LANE void surface_lane(struct stream *s, uint32_t i)
     s->bsdf_side[i] = choose((s->bsdf_is_twosided[i] != 0) & (wi.z < 0.0f), -1.0f, 1.0f);
 }
 
-static void surface(struct stream *s)
+KERNEL surface(struct stream *s)
 {
     uint32_t n = s->n;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) surface_lane(s, i);
 }
 
-LANE void weigh_lane(struct stream *s, uint32_t i, const struct light_hint *h)
+/* A step of light_choose(): does the lane's random number fall on light k? */
+LANE void choose_lane(struct stream *s, uint32_t i, float p, int32_t k, bool is_last)
 {
-    s->light_sum[i] += light_weight(h, lanes3_get(&s->p, i));
-}
-
-/* A step of light_choose(): does the lane's random number fall on light k of n? */
-LANE void choose_lane(struct stream *s, uint32_t i, const struct light_hint *h, uint32_t k,
-                      uint32_t n)
-{
-    float p = light_share(n, s->light_sum[i], light_weight(h, lanes3_get(&s->p, i)));
     float left = s->light_left[i];
     bool is_open = s->light_index[i] < 0;
-    bool takes = is_open & ((left < p) | (k + 1 == n));
-    s->light_index[i] = takes ? (int32_t)k : s->light_index[i];
+    bool takes = is_open & ((left < p) | is_last);
+    s->light_index[i] = takes ? k : s->light_index[i];
     s->light_choice[i] = choose(takes, p, s->light_choice[i]);
     s->light_left[i] = choose(takes, light_rest(left, p), choose(is_open, left - p, left));
 }
 
-static void choose_light(struct stream *s, const struct light_guide *g)
+/* Index, probability and rest of the random number. */
+KERNEL choose_light(struct stream *s, const struct light_guide *g)
 {
+    float weights[LIGHT_GUIDES][STREAM_SIZE], sum[STREAM_SIZE];
+    float even[STREAM_SIZE], scale[STREAM_SIZE];
     uint32_t n = s->n, n_lights = g->n;
     int32_t none = n_lights > 0 ? -1 : 0;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) {
         s->light_left[i] = s->u[0][i];
-        s->light_sum[i] = 0.0f;
         s->light_choice[i] = 1.0f;
         s->light_index[i] = none;
+        sum[i] = 0.0f;
     }
+    if (n_lights == 0) return;
     for (uint32_t k = 0; k < n_lights; k++) {
         const struct light_hint h = g->hints[k];
+        float *w = weights[k];
 #pragma omp simd
-        for (uint32_t i = 0; i < n; i++) weigh_lane(s, i, &h);
+        for (uint32_t i = 0; i < n; i++) {
+            w[i] = light_weight(&h, lanes3_get(&s->p, i));
+            sum[i] += w[i];
+        }
+    }
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) {
+        struct light_shares shares = light_shares(n_lights, sum[i]);
+        even[i] = shares.even;
+        scale[i] = shares.scale;
     }
     for (uint32_t k = 0; k < n_lights; k++) {
-        const struct light_hint h = g->hints[k];
+        const float *w = weights[k];
+        bool is_last = k + 1 == n_lights;
 #pragma omp simd
-        for (uint32_t i = 0; i < n; i++) choose_lane(s, i, &h, k, n_lights);
+        for (uint32_t i = 0; i < n; i++)
+            choose_lane(s, i, light_share((struct light_shares){even[i], scale[i]}, w[i]),
+                        (int32_t)k, is_last);
     }
 }
 
@@ -174,7 +185,7 @@ LANE void light_lane(struct stream *s, uint32_t i, const struct light_table *t, 
     s->has_light[i] &= is_found;
 }
 
-static void light(struct stream *s, const struct light_guide *g, const struct light_table *t)
+KERNEL light(struct stream *s, const struct light_guide *g, const struct light_table *t)
 {
     uint32_t n = s->n;
     choose_light(s, g);
@@ -209,7 +220,7 @@ LANE void eval_lane(struct stream *s, uint32_t i)
     s->value_pdf[i] = pdf;
 }
 
-static void eval(struct stream *s)
+KERNEL eval(struct stream *s)
 {
     uint32_t n = s->n;
 #pragma omp simd
@@ -237,7 +248,7 @@ LANE void connect_lane(struct stream *s, uint32_t i, enum mis_kind mis)
     s->is_connected[i] = s->is_alive[i] & s->has_light[i] & !is_dark;
 }
 
-static void connect(struct stream *s, enum mis_kind mis)
+KERNEL connect(struct stream *s, enum mis_kind mis)
 {
     uint32_t n = s->n;
 #pragma omp simd
@@ -260,7 +271,7 @@ LANE void sample_lane(struct stream *s, uint32_t i)
     s->wo_is_delta[i] = 0;
 }
 
-static void sample(struct stream *s)
+KERNEL sample(struct stream *s)
 {
     uint32_t n = s->n;
 #pragma omp simd
@@ -288,7 +299,7 @@ LANE void scatter_lane(struct stream *s, uint32_t i, float least_survival)
     s->last_is_delta[i] = s->wo_is_delta[i];
 }
 
-static void scatter(struct stream *s, float least_survival)
+KERNEL scatter(struct stream *s, float least_survival)
 {
     uint32_t n = s->n;
 #pragma omp simd
@@ -313,7 +324,7 @@ LANE void aim_lane(struct stream *s, uint32_t i, const struct bounds *box, uint3
     s->is_aimed[i] = is_first ? is_met : s->is_aimed[i] | is_met;
 }
 
-static void aim(struct stream *s, const struct bounds *boxes, uint32_t n_boxes)
+KERNEL aim(struct stream *s, const struct bounds *boxes, uint32_t n_boxes)
 {
     uint32_t n = s->n;
     for (uint32_t k = 0; k < n_boxes; k++) {

@@ -25,6 +25,30 @@ static uint32_t wrap(int32_t i, uint32_t n_texels, enum texture_wrap mode)
     return (uint32_t)(r < n ? r : period - 1 - r);
 }
 
+/* Neighbours a and a + 1 of n columns or rows, and the share of the second, for a coordinate that
+ * counts whole pictures; without divisions where the picture repeats. */
+struct pair {
+    uint32_t a, b;
+    float share;
+};
+
+static inline struct pair neighbours(float t, uint32_t n, enum texture_wrap mode)
+{
+    if (mode == TEXTURE_REPEAT) t -= floor_float(t);
+    float x = t * (float)n - 0.5f, below = floor_float(x);
+    int32_t i = (int32_t)below, last = (int32_t)n - 1;
+    struct pair p = {.share = x - below};
+    if (mode == TEXTURE_REPEAT) { /* i is -1 .. n */
+        i = i < 0 ? last : i > last ? 0 : i;
+        p.a = (uint32_t)i;
+        p.b = (uint32_t)(i == last ? 0 : i + 1);
+    } else {
+        p.a = wrap(i, n, mode);
+        p.b = wrap(i + 1, n, mode);
+    }
+    return p;
+}
+
 static struct vec3 bitmap_eval(const struct texture_set *set, const struct texture *t, float u,
                                float v)
 {
@@ -32,23 +56,16 @@ static struct vec3 bitmap_eval(const struct texture_set *set, const struct textu
     const float *decode = set->decode[t->is_raw];
     float x = u * (float)b->width, y = v * (float)b->height;
     /* Far outside, floats hold no fraction any more and integers would overflow. */
-    if (!(fabsf(x) < 1e9f && fabsf(y) < 1e9f)) x = y = 0.0f;
+    if (!(fabsf(x) < 1e9f && fabsf(y) < 1e9f)) u = v = x = y = 0.0f;
     if (t->filter == TEXTURE_NEAREST)
         return bitmap_texel(b, decode, wrap((int32_t)floor_float(x), b->width, t->wrap),
                             wrap((int32_t)floor_float(y), b->height, t->wrap));
-    x -= 0.5f;
-    y -= 0.5f;
-    float fx = floor_float(x), fy = floor_float(y);
-    uint32_t x0 = wrap((int32_t)fx, b->width, t->wrap),
-             x1 = wrap((int32_t)fx + 1, b->width, t->wrap),
-             y0 = wrap((int32_t)fy, b->height, t->wrap),
-             y1 = wrap((int32_t)fy + 1, b->height, t->wrap);
-    float wx = x - fx, wy = y - fy;
-    struct vec3 top = vec3_madd(vec3_scale(bitmap_texel(b, decode, x0, y0), 1.0f - wx),
-                                bitmap_texel(b, decode, x1, y0), wx);
-    struct vec3 bottom = vec3_madd(vec3_scale(bitmap_texel(b, decode, x0, y1), 1.0f - wx),
-                                   bitmap_texel(b, decode, x1, y1), wx);
-    return vec3_madd(vec3_scale(top, 1.0f - wy), bottom, wy);
+    struct pair i = neighbours(u, b->width, t->wrap), j = neighbours(v, b->height, t->wrap);
+    struct vec3 top = vec3_madd(vec3_scale(bitmap_texel(b, decode, i.a, j.a), 1.0f - i.share),
+                                bitmap_texel(b, decode, i.b, j.a), i.share);
+    struct vec3 bottom = vec3_madd(vec3_scale(bitmap_texel(b, decode, i.a, j.b), 1.0f - i.share),
+                                   bitmap_texel(b, decode, i.b, j.b), i.share);
+    return vec3_madd(vec3_scale(top, 1.0f - j.share), bottom, j.share);
 }
 
 struct vec2 texture_gradient_1(const struct texture_set *set, uint32_t index, float u, float v)

@@ -33,7 +33,7 @@ MATH_INLINE void warp_sincos_turn(float t, float *s, float *c)
     int q = (int)quarter & 3;
     float sine = q & 1 ? b : a, cosine = q & 1 ? a : b;
     *s = q & 2 ? -sine : sine;
-    *c = (q == 1 || q == 2) ? -cosine : cosine;
+    *c = ((q + 1) & 2) != 0 ? -cosine : cosine;
 }
 
 /* The unit disk by the concentric map (Shirley & Chiu 1997); density 1/pi. */

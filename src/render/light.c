@@ -216,7 +216,9 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
     s->light = index;
     if (v->table.n > 0) {
         int32_t k = light_table_choose(&v->table, index, u1);
-        return light_table_sample(s, &v->table, k, reference, u1, u2, choice, v->table.has_spheres);
+        struct sphere_sample a = light_sphere_sample(&v->table, k, reference, u1, u2);
+        return light_table_sample(s, &v->table, k, reference, u1, u2, choice, v->table.has_spheres,
+                                  a.n, a.pdf);
     }
     const struct light *l = &v->lights[index];
     s->p = vec3_splat(0.0f);

@@ -76,7 +76,7 @@ MATH_INLINE bool light_sample_finish(struct light_sample *s, struct vec3 referen
     float distance2 = vec3_dot(d, d);
     s->d = vec3_scale(d, 1.0f / sqrtf(distance2));
     float cosine = -vec3_dot(s->d, n); /* behind, the light does not shine */
-    float pdf = cone_pdf > 0.0f ? cone_pdf : per_area * distance2 / cosine;
+    float area_pdf = per_area * distance2 / cosine, pdf = cone_pdf > 0.0f ? cone_pdf : area_pdf;
     s->pdf = pdf * choice;
     s->weight = vec3_scale(radiance, 1.0f / s->pdf);
     s->is_delta = s->is_infinite = false;
@@ -91,24 +91,32 @@ static inline int32_t light_table_choose(const struct light_table *t, uint32_t l
     return k;
 }
 
-/* The normal where a light sample is on a sphere: uniform in the cone that it fills, *pdf in solid
- * angle; from inside uniform by area, *pdf 0. */
-MATH_INLINE struct vec3 light_sphere_sample(const struct sphere *sphere, struct vec3 reference,
-                                            float u1, float u2, float *pdf)
+/* Where a light sample is on a sphere. */
+struct sphere_sample {
+    struct vec3 n; /* normal of the point */
+    float pdf;     /* in solid angle; 0: uniform by area */
+};
+
+/* On element k of a table, uniform in the cone that it fills, and from inside uniform by area. */
+MATH_INLINE struct sphere_sample light_sphere_sample(const struct light_table *t, int32_t k,
+                                                     struct vec3 reference, float u1, float u2)
 {
-    struct vec3 to_center = vec3_sub(sphere->center, reference);
-    float sin_max2 = sphere_cone(sphere, to_center);
+    const struct sphere sphere = {vec3(t->p.x[k], t->p.y[k], t->p.z[k]), t->radius[k]};
+    struct vec3 to_center = vec3_sub(sphere.center, reference);
+    float sin_max2 = sphere_cone(&sphere, to_center);
     bool is_cone = sin_max2 > 0.0f;
     struct vec3 a = sphere_cone_sample(to_center, sin_max2, u1, u2), b = warp_sphere(u1, u2);
-    *pdf = is_cone ? sphere_cone_pdf(sin_max2) : 0.0f;
-    return vec3(is_cone ? a.x : b.x, is_cone ? a.y : b.y, is_cone ? a.z : b.z);
+    float pdf = sphere_cone_pdf(sin_max2);
+    return (struct sphere_sample){
+        vec3(is_cone ? a.x : b.x, is_cone ? a.y : b.y, is_cone ? a.z : b.z), is_cone ? pdf : 0.0f};
 }
 
 /* A sample on element k, which u1 has chosen, of a light chosen with probability `choice`.
- * Has_spheres: the table's, where compilers should know. */
+ * Has_spheres: the table's; then on_sphere and sphere_pdf are for its spheres, else of no effect.
+ */
 MATH_INLINE bool light_table_sample(struct light_sample *s, const struct light_table *t, int32_t k,
                                     struct vec3 reference, float u1, float u2, float choice,
-                                    bool has_spheres)
+                                    bool has_spheres, struct vec3 on_sphere, float sphere_pdf)
 {
     struct vec3 p = vec3(t->p.x[k], t->p.y[k], t->p.z[k]);
     struct vec3 e0 = vec3(t->e0.x[k], t->e0.y[k], t->e0.z[k]);
@@ -122,17 +130,16 @@ MATH_INLINE bool light_table_sample(struct light_sample *s, const struct light_t
     b.y = is_disk ? disk.y : b.y;
     struct vec3 at = vec3_madd(vec3_madd(p, e0, b.x), e1, b.y);
     if (has_spheres) {
-        const struct sphere sphere = {p, t->radius[k]};
-        bool is_sphere = sphere.radius > 0.0f;
-        struct vec3 of_sphere = light_sphere_sample(&sphere, reference, u, u2, &cone_pdf);
-        struct vec3 on_sphere = vec3_madd(p, of_sphere, sphere.radius);
-        n.x = is_sphere ? of_sphere.x : n.x;
-        n.y = is_sphere ? of_sphere.y : n.y;
-        n.z = is_sphere ? of_sphere.z : n.z;
-        at.x = is_sphere ? on_sphere.x : at.x;
-        at.y = is_sphere ? on_sphere.y : at.y;
-        at.z = is_sphere ? on_sphere.z : at.z;
-        cone_pdf = is_sphere ? cone_pdf : 0.0f;
+        float radius = t->radius[k];
+        struct vec3 there = vec3_madd(p, on_sphere, radius);
+        bool is_sphere = radius > 0.0f;
+        n.x = is_sphere ? on_sphere.x : n.x;
+        n.y = is_sphere ? on_sphere.y : n.y;
+        n.z = is_sphere ? on_sphere.z : n.z;
+        at.x = is_sphere ? there.x : at.x;
+        at.y = is_sphere ? there.y : at.y;
+        at.z = is_sphere ? there.z : at.z;
+        cone_pdf = is_sphere ? sphere_pdf : 0.0f;
     }
     s->p = at;
     return light_sample_finish(s, reference, n, t->pdf[k], cone_pdf, radiance, choice);

@@ -15,7 +15,8 @@ struct sphere {
 MATH_INLINE float sphere_cone(const struct sphere *s, struct vec3 to_center)
 {
     float r2 = s->radius * s->radius, d2 = vec3_dot(to_center, to_center);
-    return d2 > r2 * (1.0f + 1e-4f) ? r2 / d2 : 0.0f;
+    float share = r2 / d2;
+    return d2 > r2 * (1.0f + 1e-4f) ? share : 0.0f;
 }
 
 /* Density of directions in it. */

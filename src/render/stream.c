@@ -103,6 +103,10 @@ static uint32_t next_packet(const struct stream *s, const uint32_t *flags, uint3
 
 void stream_cast(struct stream *s, const struct view *v, bool is_first)
 {
+    if (few_is_used(&v->few)) {
+        v->world->kernels->few_cast(s, &v->few);
+        return;
+    }
     const struct accel_rays rays = {{s->o.x, s->o.y, s->o.z}, {s->d.x, s->d.y, s->d.z}, s->t_max};
     for (uint32_t first = 0; first < s->n;) {
         uint32_t lanes[STREAM_PACKET], n = next_packet(s, s->is_alive, &first, lanes);
@@ -118,9 +122,19 @@ static void cast_shadows(struct stream *s, const struct view *v)
     for (uint32_t first = 0; first < s->n;) {
         uint32_t lanes[STREAM_PACKET], n = next_packet(s, s->is_connected, &first, lanes);
         accel_occluded_packet(v->top, &rays, lanes, n, is_occluded);
+        for (uint32_t k = 0; k < n; k++) s->is_free[lanes[k]] = !is_occluded[lanes[k]];
     }
+}
+
+/* Adds the light samples that nothing hides. */
+static void add_lights(struct stream *s, const struct view *v)
+{
+    if (few_is_used(&v->few))
+        v->world->kernels->few_shade(s, &v->few, s->is_free);
+    else
+        cast_shadows(s, v);
     for (uint32_t i = 0; i < s->n; i++)
-        if (s->is_connected[i] && !is_occluded[i])
+        if (s->is_connected[i] && s->is_free[i])
             add_radiance(s, i, v->lights[s->light_index[i]].emitter, false,
                          lanes3_get(&s->light, i));
 }
@@ -341,7 +355,7 @@ static void connect(struct stream *s, const struct view *v, const struct trace_s
         lanes3_set(&s->value, i, value);
     }
     kernels->connect(s, t->mis);
-    cast_shadows(s, v);
+    add_lights(s, v);
 }
 
 /* ---- Going on -------------------------------------------------------------------------------- */

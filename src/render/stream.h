@@ -92,6 +92,7 @@ struct stream {
     float shadow_t_max[STREAM_SIZE];
     struct lanes3 light; /* what arrives if nothing is in the way */
     uint32_t is_connected[STREAM_SIZE];
+    uint32_t is_free[STREAM_SIZE]; /* of those: nothing is in the way */
 
     /* The next direction. */
     struct lanes3 wo, weight;
@@ -150,6 +151,9 @@ struct stream_kernels {
      * directions and depth. */
     void (*look_at)(struct first_hits *f, const struct stream_film *film);
     void (*describe)(struct first_hits *f);
+    /* Rays into few primitives: s->hit of living lanes; which of the connected are free. */
+    void (*few_cast)(struct stream *s, const struct few *few);
+    void (*few_shade)(struct stream *s, const struct few *few, uint32_t *is_free);
 };
 
 extern const struct stream_kernels stream_kernels_baseline, stream_kernels_avx2,

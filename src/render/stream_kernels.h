@@ -28,6 +28,8 @@ static inline struct frame lane_frame(const struct stream *s, uint32_t i)
                           lanes3_get(&s->frame_n, i)};
 }
 
+#include "render/few_kernels.h"
+
 /* Some loops exist once for each kind of sampler, as a loop of vectors cannot branch. */
 
 LANE void start_lane(struct stream *s, uint32_t i, enum sampler_kind kind, uint64_t seed)
@@ -172,17 +174,37 @@ KERNEL choose_light(struct stream *s, const struct light_guide *g)
     }
 }
 
-LANE void light_lane(struct stream *s, uint32_t i, const struct light_table *t, bool has_spheres)
+LANE void light_lane(struct stream *s, uint32_t i, const struct light_table *t, bool has_spheres,
+                     struct vec3 on_sphere, float sphere_pdf)
 {
     struct light_sample l;
     bool is_found = light_table_sample(&l, t, s->element[i], lanes3_get(&s->p, i), s->light_left[i],
-                                       s->u[1][i], s->light_choice[i], has_spheres);
+                                       s->u[1][i], s->light_choice[i], has_spheres, on_sphere,
+                                       sphere_pdf);
     lanes3_set(&s->light_p, i, l.p);
     lanes3_set(&s->light_d, i, l.d);
     lanes3_set(&s->light_weight, i, l.weight);
     s->light_pdf[i] = l.pdf;
     s->light_is_delta[i] = s->light_is_infinite[i] = false;
     s->has_light[i] &= is_found;
+}
+
+/* In two steps: compilers would branch around the spheres. */
+KERNEL light_spheres(struct stream *s, const struct light_table *t)
+{
+    float x[STREAM_SIZE], y[STREAM_SIZE], z[STREAM_SIZE], pdf[STREAM_SIZE];
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) {
+        struct sphere_sample a = light_sphere_sample(t, s->element[i], lanes3_get(&s->p, i),
+                                                     s->light_left[i], s->u[1][i]);
+        x[i] = a.n.x;
+        y[i] = a.n.y;
+        z[i] = a.n.z;
+        pdf[i] = a.pdf;
+    }
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) light_lane(s, i, t, true, vec3(x[i], y[i], z[i]), pdf[i]);
 }
 
 KERNEL light(struct stream *s, const struct light_guide *g, const struct light_table *t)
@@ -200,12 +222,11 @@ KERNEL light(struct stream *s, const struct light_guide *g, const struct light_t
             s->element[i] += (s->light_index[i] == of) & (cdf <= s->light_left[i]);
     }
     if (t->has_spheres) {
-#pragma omp simd
-        for (uint32_t i = 0; i < n; i++) light_lane(s, i, t, true);
-    } else {
-#pragma omp simd
-        for (uint32_t i = 0; i < n; i++) light_lane(s, i, t, false);
+        light_spheres(s, t);
+        return;
     }
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) light_lane(s, i, t, false, vec3_splat(0.0f), 0.0f);
 }
 
 LANE void eval_lane(struct stream *s, uint32_t i)
@@ -351,4 +372,6 @@ const struct stream_kernels STREAM_KERNELS = {
     .aim = aim,
     .look_at = look_at,
     .describe = describe,
+    .few_cast = few_cast,
+    .few_shade = few_shade,
 };

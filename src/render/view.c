@@ -213,7 +213,10 @@ void view_refresh(struct view *v, bool is_first)
         refresh_instance(v, i);
         has_moved = true;
     }
-    if (has_moved) accel_top_commit(v->top);
+    if (has_moved) {
+        accel_top_commit(v->top);
+        few_init(&v->few, v);
+    }
     refresh_lights(v);
     refresh_boxes(v);
     light_guide_init(&v->guide, v);

@@ -5,6 +5,7 @@
 #include "math/distribution.h"
 #include "render/bsdf.h"
 #include "render/embree.h"
+#include "render/few.h"
 #include "render/texture.h"
 #include "render/view.h"
 
@@ -135,12 +136,13 @@ struct light_table {
 
 struct look;
 
-enum { VIEW_BOXES = 8, VIEW_NO_BOXES = VIEW_BOXES + 1 };
+enum { VIEW_BOXES = 32, VIEW_NO_BOXES = VIEW_BOXES + 1 };
 
 struct view {
     const struct world *world;
     struct scene_state state;
     struct accel_top *top;
+    struct few few;
     struct texture_set textures;
     struct material *materials;      /* [n_bsdfs] */
     struct look *looks;              /* [n_bsdfs] */

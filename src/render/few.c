@@ -1,0 +1,182 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/few.h"
+
+#include <string.h>
+
+#include "render/world.h"
+
+/* A primitive's place. */
+struct owner {
+    uint32_t instance, shape;
+    const struct world_shape *of;
+    const struct view_instance *in;
+};
+
+static struct vec3 corner(const struct owner *o, uint32_t triangle, uint32_t k)
+{
+    uint32_t vertex = o->of->indices[3 * (size_t)triangle + k % 3];
+    return vec3_load(o->of->positions + 3 * (size_t)vertex);
+}
+
+/* Completes a face from its plane's axes in the group's space; false when they span nothing. */
+static bool span(struct few_face *f, const struct owner *o, struct vec3 p, struct vec3 e0,
+                 struct vec3 e1)
+{
+    const struct transform *m = o->in->to_world;
+    f->instance = o->instance;
+    f->shape = o->shape;
+    f->ng = vec3_cross(e0, e1);
+    if (!o->in->is_identity) {
+        p = transform_point(m, p);
+        e0 = transform_vector(m, e0);
+        e1 = transform_vector(m, e1);
+    }
+    f->p = p;
+    f->n = vec3_cross(e0, e1);
+    float n2 = vec3_dot(f->n, f->n);
+    f->to_x = vec3_scale(vec3_cross(e1, f->n), 1.0f / n2);
+    f->to_y = vec3_scale(vec3_cross(f->n, e0), 1.0f / n2);
+    return n2 > 0.0f && vec3_is_finite(f->to_x) && vec3_is_finite(f->to_y);
+}
+
+/* A triangle as a face: the origin is its corner k. */
+static bool face_of(struct few_face *f, const struct owner *o, uint32_t triangle, uint32_t k)
+{
+    struct vec3 p = corner(o, triangle, k);
+    *f = (struct few_face){.most = 1.0f, .most2 = 2.0f, .triangle = {triangle, triangle}};
+    for (uint8_t i = 0; i < 2; i++) f->corner[0][i] = (uint8_t)((i + 1 + 3 - k) % 3);
+    return span(f, o, p, vec3_sub(corner(o, triangle, k + 1), p),
+                vec3_sub(corner(o, triangle, k + 2), p));
+}
+
+static bool is_same(struct vec3 a, struct vec3 b)
+{
+    return a.x == b.x && a.y == b.y && a.z == b.z;
+}
+
+/* Makes a parallelogram of a triangle and the next one, if they are its halves and face the same
+ * way: corner k of the first is opposite to corner l of the second, across the common edge. */
+static bool merge(struct few_face *f, const struct owner *o, uint32_t triangle)
+{
+    for (uint32_t k = 0; k < 3; k++) {
+        struct vec3 a = corner(o, triangle, k), b = corner(o, triangle, k + 1),
+                    c = corner(o, triangle, k + 2);
+        struct vec3 across = vec3_sub(vec3_add(b, c), a);
+        for (uint32_t l = 0; l < 3; l++) {
+            struct vec3 off = vec3_sub(corner(o, triangle + 1, l), across);
+            float size2 = vec3_dot(vec3_sub(b, c), vec3_sub(b, c));
+            if (!is_same(corner(o, triangle + 1, l + 1), c) ||
+                !is_same(corner(o, triangle + 1, l + 2), b) || vec3_dot(off, off) > 1e-12f * size2)
+                continue;
+            if (!face_of(f, o, triangle, k)) return false;
+            f->most = 2.0f;
+            f->triangle[1] = triangle + 1;
+            /* Corners l, l + 1, l + 2 have the weights x + y - 1, 1 - x, 1 - y: c, then b. */
+            static const uint8_t weights[3] = {0, 2, 1};
+            for (uint8_t i = 0; i < 2; i++) f->corner[1][i] = weights[(i + 1 + 3 - l) % 3];
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool add_mesh(struct few *f, const struct owner *o)
+{
+    const uint32_t n = o->of->mesh->n_triangles;
+    for (uint32_t i = 0; i < n; i++) {
+        if (f->n_faces == FEW_FACES) return false;
+        struct few_face *face = &f->faces[f->n_faces];
+        if (i + 1 < n && merge(face, o, i)) {
+            f->n_faces++;
+            i++;
+        } else if (face_of(face, o, i, 0)) { /* else it has no area */
+            f->n_faces++;
+        }
+    }
+    return true;
+}
+
+static bool add_disk(struct few *f, const struct owner *o)
+{
+    const struct transform *m = o->of->to_group;
+    if (f->n_faces == FEW_FACES) return false;
+    struct few_face *face = &f->faces[f->n_faces];
+    *face = (struct few_face){.most = 2.0f, .most2 = 1.0f, .least = -1.0f};
+    if (span(face, o, transform_point(m, vec3_splat(0.0f)),
+             transform_vector(m, vec3(1.0f, 0.0f, 0.0f)),
+             transform_vector(m, vec3(0.0f, 1.0f, 0.0f))))
+        f->n_faces++;
+    face->ng = transform_normal(m, vec3(0.0f, 0.0f, 1.0f));
+    return true;
+}
+
+static bool add_sphere(struct few *f, const struct owner *o)
+{
+    if (f->n_spheres == FEW_SPHERES || !(o->in->scale > 0.0f) || !(o->of->radius > 0.0f))
+        return false;
+    struct vec3 c = transform_point(o->in->to_world, o->of->center);
+    f->spheres[f->n_spheres++] = (struct few_sphere){
+        .center = {c.x, c.y, c.z},
+        .radius = (double)o->of->radius * o->in->scale,
+        .instance = o->instance,
+        .shape = o->shape,
+    };
+    return true;
+}
+
+static bool add_shape(struct few *f, const struct owner *o)
+{
+    switch (o->of->kind) {
+    case SHAPE_MESH:
+        return add_mesh(f, o);
+    case SHAPE_DISK:
+        return add_disk(f, o);
+    case SHAPE_SPHERE:
+        return add_sphere(f, o);
+    case SHAPE_CYLINDER:
+        break;
+    }
+    return false;
+}
+
+void few_init(struct few *f, const struct view *v)
+{
+    const struct scene *s = v->world->scene;
+    f->n_faces = f->n_spheres = 0;
+    for (uint32_t i = 0; i < s->n_instances; i++) {
+        const struct instance *instance = &v->state.instances[i];
+        const struct group *g = &s->groups[instance->group];
+        if (!instance->is_visible) continue;
+        for (uint32_t j = 0; j < g->n_shapes; j++) {
+            const struct owner o = {i, j, &v->instances[i].shapes[j], &v->instances[i]};
+            if (add_shape(f, &o)) continue;
+            f->n_faces = f->n_spheres = 0;
+            return;
+        }
+    }
+}
+
+void few_hit(const struct few *f, int32_t index, float t, float x, float y, struct hit *hit)
+{
+    hit->t = t;
+    if (index < 0) {
+        hit->shape = SCENE_NONE;
+        return;
+    }
+    if ((uint32_t)index >= f->n_faces) {
+        const struct few_sphere *s = &f->spheres[(uint32_t)index - f->n_faces];
+        *hit = (struct hit){.t = t, .ng = {0, 0, 1}, .shape = s->shape, .instance = s->instance};
+        return;
+    }
+    const struct few_face *face = &f->faces[index];
+    bool is_beyond = x + y > 1.0f;
+    const float weights[2][3] = {{1.0f - x - y, x, y}, {x + y - 1.0f, 1.0f - y, 1.0f - x}};
+    const uint8_t *corner = face->corner[is_beyond];
+    bool is_disk = face->least < 0.0f;
+    hit->u = is_disk ? 0.0f : weights[is_beyond][corner[0]];
+    hit->v = is_disk ? 0.0f : weights[is_beyond][corner[1]];
+    hit->ng = face->ng;
+    hit->shape = face->shape;
+    hit->primitive = is_disk ? 0 : face->triangle[is_beyond];
+    hit->instance = face->instance;
+}

@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Rays of a stream against few primitives (few.h), for one instruction set: a part of
+ * stream_kernels.h. */
+#include "render/few.h"
+
+/* The point of a face's plane where a ray meets it. */
+struct crossing {
+    float t, x, y;
+};
+
+LANE struct crossing cross_lane(const struct lanes3 *o, const struct lanes3 *d, uint32_t i,
+                                const struct few_face *f)
+{
+    struct vec3 from = vec3_sub(lanes3_get(o, i), f->p), along = lanes3_get(d, i);
+    float t = -vec3_dot(f->n, from) / vec3_dot(f->n, along);
+    struct vec3 at = vec3_madd(from, along, t);
+    return (struct crossing){t, vec3_dot(f->to_x, at), vec3_dot(f->to_y, at)};
+}
+
+/* Comparisons with no number fail: rays along the plane miss it. */
+LANE bool is_inside(struct crossing c, const struct few_face *f)
+{
+    return (c.x >= f->least) & (c.y >= f->least) & (c.x <= 1.0f) & (c.y <= 1.0f) &
+           (c.x + c.y <= f->most) & (c.x * c.x + c.y * c.y <= f->most2);
+}
+
+/* Where the ray first meets the sphere beyond 0; INFINITY where it does not. In double, and from
+ * the point of the ray closest to the centre, as quadric.c: far and large spheres stay exact, and
+ * so do paths through glass. */
+LANE float sphere_lane(const struct lanes3 *o, const struct lanes3 *d, uint32_t i,
+                       const struct few_sphere *s)
+{
+    double dx = d->x[i], dy = d->y[i], dz = d->z[i];
+    double x = (double)o->x[i] - s->center[0], y = (double)o->y[i] - s->center[1],
+           z = (double)o->z[i] - s->center[2];
+    double a = 1.0 / (dx * dx + dy * dy + dz * dz), middle = -(x * dx + y * dy + z * dz) * a;
+    x += middle * dx;
+    y += middle * dy;
+    z += middle * dz;
+    double left = s->radius * s->radius - (x * x + y * y + z * z), inside = left * a;
+    double half = sqrt(inside > 0.0 ? inside : 0.0);
+    double near = middle - half, far = middle + half, t = near >= 0.0 ? near : far;
+    bool is_met = (left >= 0.0) & (t >= 0.0);
+    return is_met ? (float)t : INFINITY;
+}
+
+/* The nearest primitive for each ray, and where. */
+KERNEL few_cast(struct stream *s, const struct few *few)
+{
+    float best[STREAM_SIZE], x[STREAM_SIZE], y[STREAM_SIZE];
+    int32_t index[STREAM_SIZE];
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) {
+        best[i] = s->t_max[i];
+        x[i] = y[i] = 0.0f;
+        index[i] = -1;
+    }
+    for (uint32_t k = 0; k < few->n_faces; k++) {
+        const struct few_face f = few->faces[k];
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) {
+            struct crossing c = cross_lane(&s->o, &s->d, i, &f);
+            bool is_best = is_inside(c, &f) & (c.t >= 0.0f) & (c.t < best[i]);
+            best[i] = choose(is_best, c.t, best[i]);
+            x[i] = choose(is_best, c.x, x[i]);
+            y[i] = choose(is_best, c.y, y[i]);
+            index[i] = is_best ? (int32_t)k : index[i];
+        }
+    }
+    for (uint32_t k = 0; k < few->n_spheres; k++) {
+        const struct few_sphere f = few->spheres[k];
+        int32_t number = (int32_t)(few->n_faces + k);
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) {
+            float t = sphere_lane(&s->o, &s->d, i, &f);
+            index[i] = t < best[i] ? number : index[i];
+            best[i] = min_float(t, best[i]);
+        }
+    }
+    for (uint32_t i = 0; i < n; i++)
+        if (s->is_alive[i]) few_hit(few, index[i], best[i], x[i], y[i], &s->hit[i]);
+}
+
+/* Whether shadow rays are free. */
+KERNEL few_shade(struct stream *s, const struct few *few, uint32_t *is_free)
+{
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) is_free[i] = s->is_connected[i];
+    for (uint32_t k = 0; k < few->n_faces; k++) {
+        const struct few_face f = few->faces[k];
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) {
+            struct crossing c = cross_lane(&s->shadow_o, &s->shadow_d, i, &f);
+            bool is_met = is_inside(c, &f) & (c.t >= 0.0f) & (c.t <= s->shadow_t_max[i]);
+            is_free[i] = is_met ? 0 : is_free[i];
+        }
+    }
+    for (uint32_t k = 0; k < few->n_spheres; k++) {
+        const struct few_sphere f = few->spheres[k];
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) {
+            float t = sphere_lane(&s->shadow_o, &s->shadow_d, i, &f);
+            is_free[i] = t < s->shadow_t_max[i] ? 0 : is_free[i];
+        }
+    }
+}

@@ -2,7 +2,7 @@
 # The front door. Each target is a short script of scripts/; CMake presets do the building.
 export PATH
 
-.PHONY: help deps build demo test bench results lint check-long peers references check-peers bench-error install clean
+.PHONY: help deps build demo test bench results lint check-long peers references check-peers bench-error sheets install clean
 
 help:
 	@echo 'make deps         install the Debian packages of packages.txt, when some are missing'
@@ -17,6 +17,7 @@ help:
 	@echo 'make peers        .venv with the programs that we compare with (Mitsuba 3, PyTorch, ...)'
 	@echo 'make references   regenerate the small reference files of the tests from the peers'
 	@echo 'make check-peers  compare images, gradients and metrics with the peers afresh'
+	@echo 'make sheets       the shared scenes beside Mitsuba and Tungsten, into docs/results'
 	@echo 'make install      into PREFIX=/usr/local, with DESTDIR'
 	@echo 'make clean        remove build/'
 
@@ -45,6 +46,9 @@ bench: build
 bench-error: build peers
 	@.venv/bin/python scripts/peers/bench_error.py
 	@[ ! -d build/bench ] || /usr/bin/python3 scripts/bench_report.py build/bench bench/RESULTS.md
+
+sheets: build peers
+	@.venv/bin/python scripts/peers/sheets.py
 
 results: build
 	@sh scripts/results.sh

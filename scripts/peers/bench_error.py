@@ -9,7 +9,8 @@ of pixels whose error is greatest (fireflies). References r have --reference-spp
 half by `lumenaut trace --integrator path` and half by Mitsuba's llvm_ad_rgb, other seeds than those
 measured, so that they favour neither; kept in build/peers/references-SIZE. What remains of their own
 noise, known from the difference of the halves, is taken off every error. Every renderer uses the
-scene's reconstruction filter and, but for those called after one, the scene's sampler.
+scene's reconstruction filter and, but for those called after one, the scene's sampler. classroom has
+our sky baked into an envmap, as the renderers' own skies are different models.
 
 Errors fall with time as C / t: C is fitted (in logarithms) to all numbers of samples, and the time
 to equal error is as C is. `slopes` are the powers of t that a free fit finds, -1 for plain Monte
@@ -64,7 +65,7 @@ class Peer:
 
 
 def serve(variant, sampler, name, size, file):
-    scene = bench_scenes.chosen(name)[0]
+    scene = bench_scenes.comparable(bench_scenes.chosen(name)[0])
     render = bench_scenes.theirs(variant, scene, bench_scenes.shares(scene), int(size), sampler)
     for line in sys.stdin:
         image, seconds = render(*map(int, line.split()))
@@ -145,6 +146,7 @@ def summary(runs, noise):
 
 
 def measure(scene, args):
+    scene = bench_scenes.comparable(scene)
     u, levels = bench_scenes.shares(scene), [int(n) for n in args.spp.split(",")]
     kinds = {**PEERS, **(STRATIFIED_PEER if args.stratified else {})}
     mine = {**OURS, **(STRATIFIED_OURS if args.stratified else {})}

@@ -67,7 +67,8 @@ def path_settings(path):
 
 
 def as_new(text):
-    """Old plugins that Mitsuba 3.9 does not bring up to date by itself: the sky of 0.x has +y up."""
+    """Old plugins that Mitsuba 3.9 does not bring up to date by itself: the sky of 0.x has +y up; the
+    sun's direction is in world space in both."""
     root = ElementTree.fromstring(text)
     is_old = root.get("version", "3").startswith("0.")
     for emitter in root.iter("emitter"):
@@ -78,10 +79,6 @@ def as_new(text):
             if name in ("sun_radius_scale", "sunRadiusScale"):
                 node.set("name", "sun_aperture")
                 node.set("value", str(0.5338 * float(node.get("value")))) # degrees, as it was
-            elif name in ("sun_direction", "sunDirection") and is_old:
-                x, y, z = (float(node.get(axis)) for axis in "xyz")
-                for axis, value in zip("xyz", (x, -z, y)):
-                    node.set(axis, str(value))
         if is_old and freeze.child(emitter, "to_world") is None:
             transform = ElementTree.SubElement(emitter, "transform", name="to_world")
             ElementTree.SubElement(transform, "rotate", x="1", angle="-90")

@@ -255,6 +255,12 @@ enum {
     LMN_EXPLORE_LOSS_ONLY = 2 /* the paper's ablation: target function without the Adam step */
 };
 
+enum {
+    LMN_INTEGRATOR_PATH = 0,    /* path tracing alone, as the paper */
+    LMN_INTEGRATOR_PHOTONS = 1, /* caustics by photons: "path+photons" of lmn_scene_trace() */
+    LMN_INTEGRATOR_AUTO = 2     /* photons if some configuration wants them, for all then */
+};
+
 /* Fill with lmn_train_options_init(), which gives the paper's values, then change what you need. */
 typedef struct lmn_train_options {
     uint32_t struct_size;
@@ -290,6 +296,7 @@ typedef struct lmn_train_options {
     uint32_t spp; /* 0: the scene's */
     uint32_t has_max_depth, has_rr_depth;
     int32_t max_depth, rr_depth;
+    uint32_t integrator; /* LMN_INTEGRATOR_*, of training patches and the references of tests */
 } lmn_train_options;
 
 LMN_API void lmn_train_options_init(lmn_train_options *options);

@@ -6,6 +6,9 @@
 #include "render/photon.h"
 #include "render/photon_targets.h"
 
+/* Keeps their random numbers apart from those of paths. */
+#define STREAM_PHOTONS 0x70686F746F6E7321u
+
 enum { CHUNK = 1024, ROULETTE_FROM = 4, MAX_BOUNCES = 64 };
 
 /* ---- Starting -------------------------------------------------------------------------------- */
@@ -167,7 +170,7 @@ static void fly_chunk(void *ctx, uint32_t item, uint32_t worker)
     uint32_t end = (item + 1) * CHUNK < f->map->n_emitted ? (item + 1) * CHUNK : f->map->n_emitted;
     (void)worker;
     for (uint32_t i = item * CHUNK; i < end; i++) {
-        struct rng u = rng_keyed(f->settings->seed, f->key, i);
+        struct rng u = rng_keyed(f->settings->seed ^ STREAM_PHOTONS, f->key, i);
         fly(f->view, &f->targets, f->settings, &u, 1.0f / (float)f->map->n_emitted,
             &f->map->landed[i]);
     }

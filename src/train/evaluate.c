@@ -124,7 +124,8 @@ static lmn_status trace_reference(struct test_set *set, uint32_t index,
 
     double start = clock_wall_s();
     view_set(view, set->u + (size_t)index * place->scene->n_variables);
-    TRY(view_trace_parallel(view, place->pool, &settings, &w, &output, forward_progress, p, err));
+    TRY((set->has_photons ? view_trace_photons : view_trace_parallel)(
+        view, place->pool, &settings, &w, &output, forward_progress, p, err));
     set->trace_s[index] = clock_wall_s() - start;
     TRY(metrics_compare(&half_a, &mean, &noise, NULL, err));
     add_metrics(&set->noise, &noise, 1.0 / set->options.n);

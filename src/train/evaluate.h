@@ -12,6 +12,7 @@
 struct test_set {
     lmn_eval_options options;    /* with the defaults filled in */
     struct trace_settings trace; /* of the references, but for the seed */
+    bool has_photons;            /* the references; false until someone sets it */
     uint32_t width, height;
     float *u;                 /* [n][n_variables]; owned, as all below */
     struct image *references; /* [n], R G B */

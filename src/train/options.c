@@ -50,8 +50,15 @@ static const struct field fields[] = {
     FIELD(U32, has_rr_depth, 0, 0, 1),
     FIELD(I32, max_depth, 0, -1, 1e9),
     FIELD(I32, rr_depth, 0, 0, 1e9),
+    FIELD(U32, integrator, LMN_INTEGRATOR_PATH, 0, 2),
 };
 enum { N_FIELDS = sizeof fields / sizeof fields[0] };
+
+/* Younger than files: left out where it has its initial value. */
+static bool may_be_missing(const struct field *f)
+{
+    return f->offset == offsetof(lmn_train_options, integrator);
+}
 
 static double get(const lmn_train_options *o, const struct field *f)
 {
@@ -135,6 +142,7 @@ void options_write(const lmn_train_options *o, struct json *j)
 {
     for (size_t i = 0; i < N_FIELDS; i++) {
         const struct field *f = &fields[i];
+        if (may_be_missing(f) && get(o, f) == f->initial) continue;
         if (f->type == FIELD_DOUBLE)
             json_put_number(j, f->name, get(o, f));
         else if (f->type == FIELD_U64)
@@ -178,9 +186,14 @@ lmn_status options_read(const char *text, const char *where, lmn_train_options *
         goto done;
     }
     options_init(&read);
-    for (size_t i = 0; i < N_FIELDS; i++)
-        TRY(read_field(json_object_get(root, fields[i].name), &fields[i], where, &read, err));
-    if (json_object_size(root) != N_FIELDS) {
+    size_t n_read = 0;
+    for (size_t i = 0; i < N_FIELDS; i++) {
+        const json_t *member = json_object_get(root, fields[i].name);
+        if (!member && may_be_missing(&fields[i])) continue;
+        TRY(read_field(member, &fields[i], where, &read, err));
+        n_read++;
+    }
+    if (json_object_size(root) != n_read) {
         status = fail(err, LMN_ERR_PARSE, "%s: unknown training options beside the %d known", where,
                       (int)N_FIELDS);
         goto done;

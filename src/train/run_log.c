@@ -131,6 +131,7 @@ lmn_status trainer_eval(struct trainer *t, const lmn_eval_options *options,
     if (!t->tests.u || !same_test(options, &t->eval_options)) {
         test_set_release(&t->tests);
         TRY(test_set_init(&t->tests, t->place.scene, options, &t->trace, err));
+        t->tests.has_photons = t->has_photons;
         t->eval_options = *options;
     }
     TRY(test_set_trace(&t->tests, &t->place, progress, progress_user, err));

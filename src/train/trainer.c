@@ -11,6 +11,7 @@
 #include "train/inputs.h"
 #include "train/layout.h"
 #include "train/options.h"
+#include "train/tracing.h"
 
 /* Keep the random numbers of one seed apart. */
 enum { STREAM_REUSE = 0x72657573, STREAM_TRACE = 0x74726163, STREAM_WEIGHTS = 0x77656967 };
@@ -44,6 +45,15 @@ static void patches_release(struct patches *p)
     mem_free(p->v);
 }
 
+static lmn_status take_photons(struct trainer *t, struct easel *e, struct error *err)
+{
+    const struct trace_output output = {.color = e->color, .buffers = e->buffers};
+    uint32_t n_photons = tracing_n_photons(t->n_pixels, t->trace.spp);
+    lmn_status status = photon_passes_new(n_photons, t->n_pixels, &output, &e->photons, err);
+    if (status == LMN_OK) t->memory_size += photon_passes_memory(e->photons);
+    return status;
+}
+
 /* Small things and those whose size the options give. */
 static lmn_status take_workspace(struct trainer *t, struct error *err)
 {
@@ -75,6 +85,7 @@ static lmn_status take_workspace(struct trainer *t, struct error *err)
         e->buffers = take(t, t->n_pixels * (size_t)BUFFER_CHANNELS, sizeof *e->buffers, &is_short);
         if (is_short) return fail_memory(err, "the trainer");
         lmn_status status = view_new(t->place.world, &e->view, err);
+        if (status == LMN_OK && t->has_photons) status = take_photons(t, e, err);
         if (status != LMN_OK) return status;
     }
     return LMN_OK;
@@ -129,6 +140,7 @@ lmn_status trainer_new(const struct workplace *place, const lmn_train_options *o
     if (o->spp > 0) t->trace.spp = o->spp;
     if (o->has_max_depth) t->trace.max_depth = o->max_depth;
     if (o->has_rr_depth) t->trace.rr_depth = o->rr_depth;
+    TRY(tracing_has_photons(o, place, &t->trace, &t->has_photons, err));
 
     TRY(generator_new(&t->config, place->pool, place->cpu, &t->generator, err));
     generator_init(t->generator, rng_mix(o->seed ^ STREAM_WEIGHTS));
@@ -172,6 +184,7 @@ void trainer_free(struct trainer *t)
         view_free(t->easels[i].view);
         mem_free(t->easels[i].color);
         mem_free(t->easels[i].buffers);
+        photon_passes_free(t->easels[i].photons);
     }
     mem_free(t->easels);
     patches_release(&t->states);
@@ -232,7 +245,10 @@ static void render_proposal(void *ctx, uint32_t chain, uint32_t worker)
     settings.seed = rng_keyed(t->options.seed ^ STREAM_TRACE, t->explorer.generation, chain).state;
     struct trace_output output = {.color = e->color, .buffers = e->buffers};
     view_set(e->view, u);
-    view_trace(e->view, &settings, &w, &output);
+    if (e->photons) /* on this thread: cannot fail */
+        photon_passes_trace(e->photons, e->view, NULL, &settings, &w, &output, NULL, NULL, NULL);
+    else
+        view_trace(e->view, &settings, &w, &output);
 
     size_t pixels = (size_t)chain * t->n_pixels;
     inputs_from_buffers(s, e->buffers, t->n_pixels,

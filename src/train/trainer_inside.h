@@ -22,8 +22,9 @@ struct patches {
 /* What one worker renders a patch in; owned. */
 struct easel {
     struct view *view;
-    float *color;   /* [P][3] */
-    float *buffers; /* [P][BUFFER_CHANNELS] */
+    float *color;                  /* [P][3] */
+    float *buffers;                /* [P][BUFFER_CHANNELS] */
+    struct photon_passes *photons; /* NULL: without photons */
 };
 
 /* The patches of the step under way: pointers into the memories that hold them. */
@@ -38,7 +39,8 @@ struct trainer {
     lmn_train_options options;
     struct generator_config config;
     struct trace_settings trace; /* but for the seed */
-    uint32_t n_pixels;           /* P */
+    bool has_photons;
+    uint32_t n_pixels; /* P */
 
     struct generator *generator;
     struct adam adam;

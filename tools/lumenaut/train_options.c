@@ -276,6 +276,13 @@ static const struct arg_option tracing_options[] = {
      .max = 1 << 20,
      .offset = offsetof(lmn_train_options, rr_depth),
      .given = offsetof(lmn_train_options, has_rr_depth)},
+    {.name = "integrator",
+     .type = ARG_CHOICE,
+     .argument = "NAME",
+     .help = "how training patches and references are traced; photons bring caustics, auto uses "
+             "them where the scene wants them",
+     .choices = "path path+photons auto",
+     .offset = offsetof(lmn_train_options, integrator)},
 };
 
 const struct arg_group train_groups[] = {

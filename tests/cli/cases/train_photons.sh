@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+# Training with photons: the same bytes on other threads and after a resumption; the option is kept.
+scene=$here/scenes/box.xml
+tiny="--width 16 --depth 1 --patch-size 12 --resolution-start 24 --chains 4 --reuse-warmup 4 --reuse-batch 4 --memory 4 --spp 2 --eval-every never"
+train() { "$lumenaut" train "$scene" -q $tiny "$@"; }
+train -o one.lmn --steps 20 -t 1 --integrator path+photons --json >one.json
+json 'd["steps"] == 20' <one.json
+train -o two.lmn --steps 20 -t 2 --integrator path+photons
+cmp one.lmn two.lmn
+train -o half.lmn --steps 10 --integrator path+photons
+"$lumenaut" train "$scene" -q -o half.lmn --steps 20 --resume
+cmp one.lmn half.lmn
+
+# kill -9 after a checkpoint
+cat >kill.py <<'END'
+import os, subprocess, sys, time
+command = [os.environ["lumenaut"], "train", sys.argv[1], "-q", "-o", "killed.lmn", "--steps", "1000000",
+           "--checkpoint-every", "5i", "--integrator", "path+photons"] + sys.argv[2].split()
+child = subprocess.Popen(command)
+while not os.path.exists("killed.lmn"):
+    time.sleep(0.001)
+child.kill()
+child.wait()
+END
+/usr/bin/python3 kill.py "$scene" "$tiny"
+step=$("$lumenaut" train "$scene" -q -o killed.lmn --resume --steps 1 --json | sed 's/.*"steps":\([0-9]*\),.*/\1/')
+end=$((step + 10))
+"$lumenaut" train "$scene" -q -o killed.lmn --resume --steps $end
+train -o whole.lmn --steps $end --integrator path+photons
+cmp killed.lmn whole.lmn
+
+# path is the default, and what a file without the option means
+train -o plain.lmn --steps 20
+train -o path.lmn --steps 20 --integrator path
+cmp plain.lmn path.lmn
+! cmp -s plain.lmn one.lmn
+! grep -aq integrator plain.lmn
+grep -aq integrator one.lmn
+"$lumenaut" eval one.lmn -n 1 --size 16 --spp 16 --json -q | json 'd["mean"]["mape"] > 0'
+
+# auto looks at the scene; a run keeps its integrator
+train -o auto.lmn --steps 20 --integrator auto
+grep -aq integrator auto.lmn
+code 2 "$lumenaut" train "$scene" -q -o one.lmn --resume --steps 30 --integrator auto 2>&1

@@ -218,6 +218,10 @@ static void test_trace_errors(void **state)
     o.has_max_depth = 1;
     o.max_depth = -2;
     EXPECT(context, trace(context, scene, NULL, &o), LMN_ERR_ARGUMENT);
+    o = good;
+    o.follow_delta = 1; /* without buffers */
+    EXPECT(context, trace(context, scene, NULL, &o), LMN_ERR_ARGUMENT);
+    assert_non_null(strstr(lmn_context_message(context), "buffers"));
     const double wrong[] = {NAN, INFINITY, 1.5, -1.5};
     for (size_t i = 0; i < 4; i++) {
         lmn_scene_default_values(scene, values);
@@ -225,6 +229,35 @@ static void test_trace_errors(void **state)
         EXPECT(context, trace(context, scene, values, &good), LMN_ERR_ARGUMENT);
         assert_non_null(strstr(lmn_context_message(context), "slide"));
     }
+    lmn_scene_free(scene);
+    lmn_context_free(context);
+}
+
+/* A picture in two parts: names and sums. */
+static void test_split(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"R",      "G",      "B",      "rest.R", "rest.G",
+                                        "rest.B", "seen.R", "seen.G", "seen.B"};
+    lmn_context *context = new_context(1);
+    lmn_scene *scene = load_scene(context);
+    lmn_image *image = NULL;
+    const lmn_trace_options o = {
+        .struct_size = sizeof o, .width = 24, .height = 16, .spp = 8, .split_delta = 1};
+    EXPECT(context, lmn_scene_trace(context, scene, NULL, &o, &image, NULL), LMN_OK);
+    assert_int_equal(lmn_image_n_channels(image), 9);
+    double rest = 0, seen = 0;
+    for (uint32_t c = 0; c < 9; c++)
+        assert_string_equal(lmn_image_channel_name(image, c), names[c]);
+    for (size_t i = 0; i < 24 * 16; i++)
+        for (size_t c = 0; c < 3; c++) {
+            const float *p = lmn_image_data(image) + 9 * i + c;
+            assert_true(p[0] == p[3] + p[6]);
+            rest += p[3];
+            seen += p[6];
+        }
+    assert_true(rest > 0 && seen >= 0); /* the lamp is behind the camera */
+    lmn_image_free(image);
     lmn_scene_free(scene);
     lmn_context_free(context);
 }
@@ -271,8 +304,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_context),      cmocka_unit_test(test_struct_size),
         cmocka_unit_test(test_image),        cmocka_unit_test(test_scene),
-        cmocka_unit_test(test_trace_errors), cmocka_unit_test(test_cancel),
-        cmocka_unit_test(test_free_null),
+        cmocka_unit_test(test_trace_errors), cmocka_unit_test(test_split),
+        cmocka_unit_test(test_cancel),       cmocka_unit_test(test_free_null),
     };
     return cmocka_run_group_tests_name("api_handles", tests, NULL, NULL);
 }

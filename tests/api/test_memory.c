@@ -47,7 +47,10 @@ static lmn_status load_and_trace(lmn_context *context, lmn_scene *unused)
                                  .height = 4,
                                  .spp = 2,
                                  .buffers = 1,
-                                 .half_buffers = 1};
+                                 .half_buffers = 1,
+                                 .light_groups = 1,
+                                 .follow_delta = 1,
+                                 .split_delta = 1};
     lmn_status status = lmn_scene_load(context, SCENE, NULL, &scene);
     if (status == LMN_OK) status = lmn_scene_trace(context, scene, NULL, &o, &image, NULL);
     lmn_image_free(image);

@@ -91,7 +91,7 @@ THINGS = """
         <transform name="to_world">
             <scale value="0.4"/>
             <rotate y="1" angle="30"/>
-            <translate x="0.75" y="0.4" z="0.2"/>
+            <translate x="0.75" y="0.401" z="0.2"/>
         </transform>
         <ref id="material"/>
     </shape>

@@ -37,9 +37,12 @@ struct material {
     bool has_direction;        /* the shading frame must follow dp/du: anisotropy, normal maps */
     bool has_attributes;       /* mesh attributes: struct bsdf_place needs `mesh` */
     bool has_tangents;         /* bump maps: struct bsdf_place needs dp/du and dp/dv */
-    /* Diffuse of one colour, perhaps the same from both sides: needs no bsdf_point. */
+    /* Diffuse, perhaps the same from both sides: needs no bsdf_point. */
     bool is_plain, is_twosided;
+    uint32_t texture; /* of its reflectance; SCENE_NONE: the same everywhere */
     struct vec3 reflectance;
+    /* [2], seen from the front and from behind; NULL: not the same everywhere. */
+    const struct bsdf_point *ready;
 };
 
 /* Where a material is asked for; vectors in the shading frame. */
@@ -103,9 +106,10 @@ struct bsdf_sample {
 };
 
 /* Fills materials [n_bsdfs] from a state's bsdfs. `coats` has room for every rough plastic; what is
- * in it already is used again. */
+ * in it already is used again. `ready` [2 * n_bsdfs] is where they keep their points. */
 void material_init(struct material *materials, const struct bsdf *bsdfs, uint32_t n_bsdfs,
-                   const struct texture_set *textures, struct coat *coats);
+                   const struct texture_set *textures, struct coat *coats,
+                   struct bsdf_point *ready);
 
 /* How many of the bsdfs are rough plastic. */
 uint32_t material_count_coats(const struct bsdf *bsdfs, uint32_t n_bsdfs);

@@ -85,8 +85,24 @@ static void find_plain(struct material *m, const struct bsdf *bsdfs,
     m->is_twosided = b->kind == BSDF_TWOSIDED;
     if (m->is_twosided && b->child[1] != SCENE_NONE && b->child[1] != b->child[0]) return;
     if (m->is_twosided) b = &bsdfs[b->child[0]];
-    m->is_plain = b->kind == BSDF_DIFFUSE && !m->has_uv;
-    if (m->is_plain) m->reflectance = textures->textures[b->reflectance].value;
+    m->is_plain = b->kind == BSDF_DIFFUSE && !m->has_attributes;
+    if (!m->is_plain) return;
+    m->reflectance = textures->textures[b->reflectance].value;
+    if (m->has_uv) m->texture = b->reflectance;
+}
+
+/* What is the same at all points is looked up once. Twosided turns to the viewer, and no other that
+ * is left here asks where that is. */
+static void find_ready(struct material *m, const struct material *materials, uint32_t index,
+                       const struct texture_set *textures, struct bsdf_point points[2])
+{
+    if (m->has_uv || m->has_direction || m->has_tangents || m->is_plain) return;
+    for (int i = 0; i < 2; i++) {
+        const struct bsdf_place at = {.wi = {0, 0, i == 0 ? 1.0f : -1.0f}};
+        bsdf_point_init(&points[i], materials, index, textures, &at);
+        if (points[i].is_turned || points[i].kind == BSDF_BLEND) return;
+    }
+    m->ready = points;
 }
 
 /* Preference for what is specular over what is diffuse: by their mean colours. */
@@ -122,13 +138,13 @@ uint32_t material_count_coats(const struct bsdf *bsdfs, uint32_t n_bsdfs)
 }
 
 void material_init(struct material *materials, const struct bsdf *bsdfs, uint32_t n_bsdfs,
-                   const struct texture_set *textures, struct coat *coats)
+                   const struct texture_set *textures, struct coat *coats, struct bsdf_point *ready)
 {
     uint32_t n_coats = 0;
     for (uint32_t i = 0; i < n_bsdfs; i++) {
         const struct bsdf *b = &bsdfs[i];
         struct material *m = &materials[i];
-        *m = (struct material){.bsdf = b, .lobes = lobes_of(bsdfs, i, 0)};
+        *m = (struct material){.bsdf = b, .lobes = lobes_of(bsdfs, i, 0), .texture = SCENE_NONE};
         find_needs(m, bsdfs, i, textures, 0);
         find_plain(m, bsdfs, textures);
         if (b->kind == BSDF_PLASTIC)
@@ -138,4 +154,6 @@ void material_init(struct material *materials, const struct bsdf *bsdfs, uint32_
             b->kind == BSDF_BLINN_PHONG)
             m->specular_weight = specular_weight(b, textures);
     }
+    for (uint32_t i = 0; i < n_bsdfs; i++)
+        find_ready(&materials[i], materials, i, textures, ready + 2 * (size_t)i);
 }

@@ -163,9 +163,12 @@ static void miss(struct stream *s, const struct view *v, const struct trace_sett
     }
 }
 
-/* Reads what the ray has hit; the kernel makes a surface of it. Returns whether that is all: not
- * where something shines, or the material is not plain. */
-static bool fetch(struct stream *s, const struct view *v, uint32_t i)
+/* What is left to do where a ray has arrived. */
+enum arrival { ARRIVAL_DONE, ARRIVAL_TEXTURED, ARRIVAL_SPECIAL };
+
+/* Reads what the ray has hit; the kernel makes a surface of it. Special is where something shines,
+ * or the material is not plain. */
+static enum arrival fetch(struct stream *s, const struct view *v, uint32_t i)
 {
     struct surface surface;
     struct ray ray = lane_ray(s, i);
@@ -176,20 +179,25 @@ static bool fetch(struct stream *s, const struct view *v, uint32_t i)
     lanes3_set(&s->frame_n, i, surface.frame.n);
     const struct material *m = &v->materials[v->state.shape_bsdfs[surface.shape->index]];
     s->bsdf_is_twosided[i] = m->is_plain && m->is_twosided;
-    if (m->is_plain) {
-        s->bsdf_is_smooth[i] = true;
-        lanes3_set(&s->reflectance, i, m->reflectance);
-        if (surface.shape->emitter == SCENE_NONE) return true;
-    }
     s->texture_u[i] = surface.u;
     s->texture_v[i] = surface.v;
+    if (m->is_plain) {
+        s->bsdf_is_smooth[i] = true;
+        bool shines = surface.shape->emitter != SCENE_NONE;
+        if (m->texture == SCENE_NONE) {
+            lanes3_set(&s->reflectance, i, m->reflectance);
+            return shines ? ARRIVAL_SPECIAL : ARRIVAL_DONE;
+        }
+        texture_prefetch(&v->textures, &v->textures.textures[m->texture], surface.u, surface.v);
+        return shines ? ARRIVAL_SPECIAL : ARRIVAL_TEXTURED;
+    }
     /* Tangents wait in lanes that are used later. */
     if (m->has_direction) lanes3_set(&s->wo, i, surface.frame.s);
     if (m->has_tangents) {
         lanes3_set(&s->wo, i, surface.dp_du);
         lanes3_set(&s->weight, i, surface.dp_dv);
     }
-    return false;
+    return ARRIVAL_SPECIAL;
 }
 
 static void turn_frame(struct stream *s, uint32_t i)
@@ -216,9 +224,16 @@ static void emit(struct stream *s, const struct view *v, const struct trace_sett
                  vec3_mul(lanes3_get(&s->throughput, i), emission));
 }
 
-static void look_up_material(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf)
+/* A plain one that has a texture. */
+static void look_up_texture(struct stream *s, const struct view *v, uint32_t i,
+                            const struct material *m)
 {
-    struct bsdf_point *b = &s->bsdf[i];
+    lanes3_set(&s->reflectance, i,
+               texture_eval(&v->textures, m->texture, s->texture_u[i], s->texture_v[i]));
+}
+
+static void look_up_point(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf)
+{
     const struct material *m = &v->materials[bsdf];
     struct surface surface = {
         .u = s->texture_u[i], .v = s->texture_v[i], .wi = lanes3_get(&s->wi, i)};
@@ -236,7 +251,19 @@ static void look_up_material(struct stream *s, const struct view *v, uint32_t i,
         surface.dp_dv = lanes3_get(&s->weight, i);
     }
     const struct bsdf_place at = surface_place(&surface, m);
-    bsdf_point_init(b, v->materials, bsdf, &v->textures, &at);
+    bsdf_point_init(&s->own_bsdf[i], v->materials, bsdf, &v->textures, &at);
+    s->bsdf[i] = &s->own_bsdf[i];
+}
+
+/* The material of a lane that is not plain. */
+static void look_up_material(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf)
+{
+    const struct material *m = &v->materials[bsdf];
+    if (m->ready)
+        s->bsdf[i] = &m->ready[s->wi.z[i] < 0.0f];
+    else
+        look_up_point(s, v, i, bsdf);
+    const struct bsdf_point *b = s->bsdf[i];
     s->bsdf_is_smooth[i] = (b->lobes & LOBE_SMOOTH) != 0;
     if (bsdf_is_diffuse(b)) {
         s->bsdf_side[i] = b->is_mirrored ? -1.0f : 1.0f;
@@ -257,7 +284,7 @@ static const struct photon_map *lane_photons(const struct stream *s, const struc
 static void gather(struct stream *s, const struct view *v, const struct trace_settings *t,
                    uint32_t i, int32_t depth)
 {
-    const struct bsdf_point *b = &s->bsdf[i];
+    const struct bsdf_point *b = s->bsdf[i];
     const bool is_plain = v->materials[v->state.shape_bsdfs[s->shape[i]->index]].is_plain;
     const bool is_diffuse = is_plain || bsdf_is_diffuse(b);
     uint32_t path = s->path[i];
@@ -283,6 +310,31 @@ static void gather(struct stream *s, const struct view *v, const struct trace_se
     lanes3_set(&s->radiance, path, vec3_add(lanes3_get(&s->radiance, path), caustic));
 }
 
+/* Asks memory for what fetch() will read of meshes: vertices are known once their numbers are. */
+static void prefetch(const struct stream *s, const struct view *v)
+{
+    const uint32_t *corners[STREAM_SIZE];
+    const struct world_shape *shapes[STREAM_SIZE];
+    uint32_t n = 0;
+    if (few_is_used(&v->few)) return;
+    for (uint32_t i = 0; i < s->n; i++) {
+        const struct hit *hit = &s->hit[i];
+        if (!s->is_alive[i] || hit->shape == SCENE_NONE) continue;
+        const struct world_shape *shape = &v->instances[hit->instance].shapes[hit->shape];
+        if (shape->kind != SHAPE_MESH || (!shape->normals && !shape->uvs)) continue;
+        shapes[n] = shape;
+        corners[n] = shape->indices + 3 * (size_t)hit->primitive;
+        __builtin_prefetch(corners[n++]);
+    }
+    for (uint32_t k = 0; k < n; k++) {
+        for (int c = 0; c < 3; c++) {
+            size_t vertex = corners[k][c];
+            if (shapes[k]->normals) __builtin_prefetch(shapes[k]->normals + 3 * vertex);
+            if (shapes[k]->uvs) __builtin_prefetch(shapes[k]->uvs + 2 * vertex);
+        }
+    }
+}
+
 /* Adds what shines at the ends of the rays and works out the points there. False when no path goes
  * on. */
 static bool arrive(struct stream *s, const struct view *v, const struct trace_settings *t,
@@ -292,7 +344,9 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
     bool is_last = t->max_depth >= 0 && depth + 1 >= t->max_depth;
     bool has_photons = t->photons[0] != NULL;
     uint32_t n_alive = 0, n_special = 0, special[STREAM_SIZE];
+    uint32_t n_textured = 0, textured[STREAM_SIZE];
     s->n_scalar = 0;
+    prefetch(s, v);
     for (uint32_t i = 0; i < s->n; i++) {
         if (!s->is_alive[i]) continue;
         if (s->hit[i].shape == SCENE_NONE) {
@@ -300,10 +354,19 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
             continue;
         }
         n_alive++;
-        if (!fetch(s, v, i) || has_photons) special[n_special++] = i;
+        enum arrival arrival = fetch(s, v, i);
+        if (arrival == ARRIVAL_SPECIAL || (has_photons && arrival == ARRIVAL_DONE))
+            special[n_special++] = i;
+        else if (arrival == ARRIVAL_TEXTURED)
+            textured[n_textured++] = i;
     }
     if (n_alive == 0) return false;
     v->world->kernels->surface(s);
+    for (uint32_t k = 0; !is_last && k < n_textured; k++) {
+        uint32_t i = textured[k];
+        look_up_texture(s, v, i, &v->materials[v->state.shape_bsdfs[s->shape[i]->index]]);
+        if (has_photons) gather(s, v, t, i, depth);
+    }
     for (uint32_t k = 0; k < n_special; k++) {
         uint32_t i = special[k];
         const struct world_shape *shape = s->shape[i];
@@ -311,7 +374,9 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
         if (v->materials[bsdf].has_direction) turn_frame(s, i);
         if (shape->emitter != SCENE_NONE && shows_emitters && s->met[i] != PATH_CAUSTIC)
             emit(s, v, t, i);
-        if (!is_last && !v->materials[bsdf].is_plain) look_up_material(s, v, i, bsdf);
+        const struct material *m = &v->materials[bsdf];
+        if (!is_last && !m->is_plain) look_up_material(s, v, i, bsdf);
+        if (!is_last && m->is_plain && m->texture != SCENE_NONE) look_up_texture(s, v, i, m);
         if (!is_last && has_photons) gather(s, v, t, i, depth);
     }
     return !is_last;
@@ -350,7 +415,7 @@ static void connect(struct stream *s, const struct view *v, const struct trace_s
         uint32_t i = s->scalar[k];
         struct vec3 value;
         if (!s->has_light[i]) continue;
-        bsdf_eval(&s->bsdf[i], lanes3_get(&s->wi, i), lanes3_get(&s->light_wo, i), &value,
+        bsdf_eval(s->bsdf[i], lanes3_get(&s->wi, i), lanes3_get(&s->light_wo, i), &value,
                   &s->value_pdf[i]);
         lanes3_set(&s->value, i, value);
     }
@@ -397,14 +462,14 @@ static void scatter(struct stream *s, const struct view *v, const struct trace_s
     bool goes_on[STREAM_SIZE] = {false};
     for (uint32_t k = 0; k < s->n_scalar; k++) {
         uint32_t i = s->scalar[k];
-        struct bsdf_sample b = bsdf_sample(&s->bsdf[i], lanes3_get(&s->wi, i), s->u[4][i],
+        struct bsdf_sample b = bsdf_sample(s->bsdf[i], lanes3_get(&s->wi, i), s->u[4][i],
                                            s->u[2][i], s->u[3][i]);
         lanes3_set(&s->wo, i, b.wo);
         lanes3_set(&s->weight, i, b.weight);
         s->wo_pdf[i] = b.pdf;
         s->wo_eta[i] = b.eta;
         s->wo_is_delta[i] = (b.lobe & LOBE_DELTA) != 0;
-        goes_on[i] = chain_goes_on(&s->bsdf[i], &b);
+        goes_on[i] = chain_goes_on(s->bsdf[i], &b);
         if (t->photons[0]) s->met[i] = photon_path_after(s->met[i], s->is_caster[i], b.lobe);
     }
     for (uint32_t i = 0; s->chain_group && i < s->n; i++) s->is_chain[i] &= goes_on[i];

@@ -74,7 +74,8 @@ struct stream {
     struct lanes3 reflectance;
     uint32_t n_scalar; /* the others, by lane */
     uint32_t scalar[STREAM_SIZE];
-    struct bsdf_point bsdf[STREAM_SIZE];
+    const struct bsdf_point *bsdf[STREAM_SIZE]; /* all but plain ones */
+    struct bsdf_point own_bsdf[STREAM_SIZE];    /* of those that are looked up lane by lane */
 
     /* Random numbers of the bounce: light 2, direction 2, lobe, roulette. */
     float u[6][STREAM_SIZE];

@@ -141,6 +141,24 @@ struct vec3 texture_lookup(const struct texture_set *set, const struct texture *
     return vec3_mul(bitmap_eval(set, t, x, y), t->value);
 }
 
+void texture_prefetch(const struct texture_set *set, const struct texture *t, float u, float v)
+{
+    if (t->kind != TEXTURE_BITMAP) return;
+    const struct bitmap *b = &set->bitmaps[t->bitmap];
+    float x = t->to_uv[0][0] * u + t->to_uv[0][1] * v + t->to_uv[0][2];
+    float y = t->to_uv[1][0] * u + t->to_uv[1][1] * v + t->to_uv[1][2];
+    if (!(fabsf(x) < 1e4f && fabsf(y) < 1e4f) || !b->u8) return;
+    /* Both rows, as if the picture repeated. */
+    uint32_t column = (uint32_t)((x - floor_float(x)) * (float)b->width);
+    uint32_t row = (uint32_t)((y - floor_float(y)) * (float)b->height);
+    if (column >= b->width || row >= b->height) return;
+    size_t stride = (size_t)b->width * b->n_channels;
+    const uint8_t *at = b->u8 + row * stride + (size_t)column * b->n_channels;
+    __builtin_prefetch(at);
+    if (row > 0) __builtin_prefetch(at - stride);
+    if (row + 1 < b->height) __builtin_prefetch(at + stride);
+}
+
 double texture_aspect(const struct texture_set *set, uint32_t index)
 {
     const struct texture *t = &set->textures[index];

@@ -30,6 +30,9 @@ void texture_decode_init(float decode[2][256]);
 struct vec3 texture_lookup(const struct texture_set *set, const struct texture *t, float u,
                            float v);
 
+/* Asks memory for what the lookup will read, some time before it. */
+void texture_prefetch(const struct texture_set *set, const struct texture *t, float u, float v);
+
 static inline struct vec3 texture_eval(const struct texture_set *set, uint32_t index, float u,
                                        float v)
 {

@@ -20,6 +20,7 @@ lmn_status view_new(const struct world *w, struct view **out, struct error *err)
     TRY(scene_state_init(s, &v->state, err));
     TRY(accel_top_new(w->accel, &v->top, err));
     v->materials = mem_new(s->n_bsdfs, sizeof *v->materials);
+    v->ready = mem_new(2 * (size_t)s->n_bsdfs, sizeof *v->ready);
     v->looks = mem_new(s->n_bsdfs, sizeof *v->looks);
     v->instances = mem_new(s->n_instances, sizeof *v->instances);
     v->committed = mem_new(s->n_instances, sizeof *v->committed);
@@ -28,9 +29,10 @@ lmn_status view_new(const struct world *w, struct view **out, struct error *err)
     v->skies = mem_new(w->n_skies, sizeof *v->skies);
     uint32_t n_coats = material_count_coats(v->state.bsdfs, s->n_bsdfs);
     v->coats = mem_new(n_coats, sizeof *v->coats);
-    if ((!v->coats && n_coats) || (!v->materials && s->n_bsdfs) || (!v->looks && s->n_bsdfs) ||
-        (!v->instances && s->n_instances) || (!v->committed && s->n_instances) ||
-        (!v->lights && w->n_lights_max) || !v->light_cdf || (!v->skies && w->n_skies)) {
+    if ((!v->coats && n_coats) || ((!v->materials || !v->ready) && s->n_bsdfs) ||
+        (!v->looks && s->n_bsdfs) || (!v->instances && s->n_instances) ||
+        (!v->committed && s->n_instances) || (!v->lights && w->n_lights_max) || !v->light_cdf ||
+        (!v->skies && w->n_skies)) {
         status = fail_memory(err, "view");
         goto done;
     }
@@ -58,6 +60,7 @@ void view_free(struct view *v)
     accel_top_free(v->top);
     scene_state_release(&v->state);
     mem_free(v->materials);
+    mem_free(v->ready);
     mem_free(v->looks);
     mem_free(v->instances);
     mem_free(v->committed);
@@ -221,6 +224,6 @@ void view_refresh(struct view *v, bool is_first)
     refresh_boxes(v);
     light_guide_init(&v->guide, v);
     light_table_init(&v->table, v);
-    material_init(v->materials, v->state.bsdfs, s->n_bsdfs, &v->textures, v->coats);
+    material_init(v->materials, v->state.bsdfs, s->n_bsdfs, &v->textures, v->coats, v->ready);
     buffers_init_looks(v->looks, v->materials, s->n_bsdfs, &v->textures);
 }

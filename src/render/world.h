@@ -145,6 +145,7 @@ struct view {
     struct few few;
     struct texture_set textures;
     struct material *materials;      /* [n_bsdfs] */
+    struct bsdf_point *ready;        /* [2 n_bsdfs] */
     struct look *looks;              /* [n_bsdfs] */
     struct coat *coats;              /* one for each rough plastic */
     struct view_instance *instances; /* [n_instances] */

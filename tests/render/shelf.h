@@ -20,6 +20,7 @@ struct shelf {
     struct material materials[MAX_BSDFS];
     struct texture textures[MAX_TEXTURES];
     struct coat coats[MAX_COATS];
+    struct bsdf_point ready[2 * MAX_BSDFS];
     struct texture_set set;
     uint32_t n_bsdfs, n_textures;
 };
@@ -100,7 +101,8 @@ static inline struct bsdf *principled(float roughness, const float (*values)[2],
 static inline void prepare(void)
 {
     shelf.set = (struct texture_set){.textures = shelf.textures};
-    material_init(shelf.materials, shelf.bsdfs, shelf.n_bsdfs, &shelf.set, shelf.coats);
+    material_init(shelf.materials, shelf.bsdfs, shelf.n_bsdfs, &shelf.set, shelf.coats,
+                  shelf.ready);
 }
 
 static inline struct bsdf_point point_at(const struct bsdf *f, struct vec3 wi)

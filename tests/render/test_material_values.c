@@ -147,7 +147,7 @@ static void coats_follow_variables(void **state)
         struct bsdf_point p = point_at(g, vec3(0, 0, 1)), q = point_at(f, vec3(0, 0, 1));
         struct vec3 kept = value_of(&p), other = value_of(&q);
         memset(fresh, 0, sizeof fresh);
-        material_init(shelf.materials, shelf.bsdfs, shelf.n_bsdfs, &shelf.set, fresh);
+        material_init(shelf.materials, shelf.bsdfs, shelf.n_bsdfs, &shelf.set, fresh, shelf.ready);
         p = point_at(g, vec3(0, 0, 1));
         q = point_at(f, vec3(0, 0, 1));
         struct vec3 made = value_of(&p), other_made = value_of(&q);

@@ -18,25 +18,41 @@ void film_tile_start(struct film_tile *t, uint32_t margin, uint32_t x, uint32_t 
     memset(t->sums, 0, side * side * sizeof *t->sums);
 }
 
-void film_tile_add(struct film_tile *t, const struct filter *f, uint32_t margin,
-                   const struct film_sample *at, struct vec3 radiance)
+/* At `shift` minus the distance d from the centre. */
+static void weigh(float *restrict w, const struct filter *f, float shift, uint32_t n,
+                  const float *restrict d)
+{
+    if (f->kind == FILTER_TENT) {
+        float slope = 1.0f / f->radius, scale = slope;
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++)
+            w[i] = max_float(1.0f - fabsf(shift - d[i]) * slope, 0.0f) * scale;
+    } else {
+        for (uint32_t i = 0; i < n; i++) w[i] = filter_weight(f, shift - d[i]);
+    }
+}
+
+void film_weigh(struct film_weights *w, const struct filter *f, uint32_t margin, uint32_t n,
+                const float *dx, const float *dy)
+{
+    for (uint32_t k = 0; k <= 2 * margin; k++) {
+        float shift = (float)k - (float)margin;
+        weigh(w->across[k], f, shift, n, dx);
+        weigh(w->down[k], f, shift, n, dy);
+    }
+}
+
+void film_tile_add(struct film_tile *t, uint32_t margin, const struct film_weights *w, uint32_t k,
+                   uint32_t column, uint32_t row, uint32_t half, struct vec3 radiance)
 {
     const uint32_t n = 2 * margin + 1, side = FILM_TILE + 2 * margin;
-    float across[2 * FILM_MARGIN + 1], down[2 * FILM_MARGIN + 1];
-    /* From the centres of the pixels around. */
-    float x = (float)at->column + 0.5f - (float)margin - at->x;
-    float y = (float)at->row + 0.5f - (float)margin - at->y;
-    for (uint32_t k = 0; k < n; k++) {
-        across[k] = filter_weight(f, x + (float)k);
-        down[k] = filter_weight(f, y + (float)k);
-    }
-    uint32_t first_x = (uint32_t)((int32_t)at->column - t->x) - margin;
-    uint32_t first_y = (uint32_t)((int32_t)at->row - t->y) - margin;
-    struct film_sum *sums = t->sums + first_y * side + first_x;
+    uint32_t x = (uint32_t)((int32_t)column - t->x) - margin;
+    uint32_t y = (uint32_t)((int32_t)row - t->y) - margin;
+    struct film_sum *sums = t->sums + y * side + x;
     const float rgbw[4] = {radiance.x, radiance.y, radiance.z, 1.0f};
     for (uint32_t j = 0; j < n; j++) {
         for (uint32_t i = 0; i < n; i++) {
-            float weight = across[i] * down[j], *to = sums[j * side + i].rgbw[at->half];
+            float weight = w->across[i][k] * w->down[j][k], *to = sums[j * side + i].rgbw[half];
 #pragma omp simd
             for (uint32_t c = 0; c < 4; c++) to[c] += rgbw[c] * weight;
         }

@@ -17,7 +17,8 @@
 enum {
     FILM_TILE = 32,
     FILM_MARGIN = 4, /* of the widest filter, in pixels; wider ones are not splatted */
-    FILM_SIDE = FILM_TILE + 2 * FILM_MARGIN
+    FILM_SIDE = FILM_TILE + 2 * FILM_MARGIN,
+    FILM_SAMPLES = 128 /* weighed at once, at most */
 };
 
 /* Weighted radiance and weight, of even and odd samples. */
@@ -37,15 +38,20 @@ uint32_t film_margin(const struct filter *f);
 /* Readies the tile whose first pixel in the picture is (x, y), multiples of FILM_TILE. */
 void film_tile_start(struct film_tile *t, uint32_t margin, uint32_t x, uint32_t y);
 
-/* A sample at the point (x, y) of the picture, in that pixel of it; half: 0 or 1. */
-struct film_sample {
-    uint32_t column, row, half;
-    float x, y;
+/* What samples weigh in the pixels around their own, by column and by row, the pixel `margin` to
+ * the left or above first: the products are the filter's values. */
+struct film_weights {
+    float across[2 * FILM_MARGIN + 1][FILM_SAMPLES], down[2 * FILM_MARGIN + 1][FILM_SAMPLES];
 };
 
-/* Adds a sample of one of the tile's pixels. */
-void film_tile_add(struct film_tile *t, const struct filter *f, uint32_t margin,
-                   const struct film_sample *at, struct vec3 radiance);
+/* Of n samples that lie at (dx, dy) from their pixels' centres. */
+void film_weigh(struct film_weights *w, const struct filter *f, uint32_t margin, uint32_t n,
+                const float *dx, const float *dy);
+
+/* Adds sample i of those, of the even or the odd half, of one of the tile's pixels: (column, row)
+ * of the picture. */
+void film_tile_add(struct film_tile *t, uint32_t margin, const struct film_weights *w, uint32_t i,
+                   uint32_t column, uint32_t row, uint32_t half, struct vec3 radiance);
 
 /* Adds what a tile has for the window to the window's sums [height][width]. */
 void film_add(struct film_sum *sums, const struct window *w, const struct film_tile *t,

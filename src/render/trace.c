@@ -111,16 +111,15 @@ struct origins {
     uint32_t sample[STREAM_SIZE];
 };
 
-/* A sample at the point (x, y). One that is no number (broken normals in a file, an overflow) is
- * black. */
+/* Sample k of the weights, which splats want. One that is no number (broken normals in a file, an
+ * overflow) is black. */
 static void add_radiance(const struct job *j, struct tile *tile, uint32_t pixel, uint32_t sample,
-                         float x, float y, struct vec3 radiance)
+                         const struct film_weights *weights, uint32_t k, struct vec3 radiance)
 {
     if (!vec3_is_finite(radiance)) radiance = vec3_splat(0.0f);
     if (tile->splats) {
-        const struct film_sample at = {tile->x + pixel % tile->width, tile->y + pixel / tile->width,
-                                       sample & 1, x, y};
-        film_tile_add(tile->splats, &j->film.filter, j->film.margin, &at, radiance);
+        film_tile_add(tile->splats, j->film.margin, weights, k, tile->x + pixel % tile->width,
+                      tile->y + pixel / tile->width, sample & 1, radiance);
     } else {
         struct vec3 *sum = &tile->sums[pixel][sample & 1];
         *sum = vec3_add(*sum, radiance);
@@ -167,10 +166,14 @@ static void flush(const struct job *j, struct tile *tile, struct stream *s,
                   const struct origins *origins)
 {
     uint32_t n = s->n; /* tracing leaves fewer lanes */
-    float x[STREAM_SIZE], y[STREAM_SIZE];
+    struct film_weights weights;
     stream_start(s, j->view, &j->film);
-    memcpy(x, s->u[0], n * sizeof *x);
-    memcpy(y, s->u[1], n * sizeof *y);
+    if (tile->splats) {
+        float dx[STREAM_SIZE], dy[STREAM_SIZE];
+        for (uint32_t i = 0; i < n; i++) dx[i] = s->u[0][i] - s->center_x[i];
+        for (uint32_t i = 0; i < n; i++) dy[i] = s->u[1][i] - s->center_y[i];
+        film_weigh(&weights, &j->film.filter, j->film.margin, n, dx, dy);
+    }
     stream_cast(s, j->view, true);
     if (j->out.buffers) {
         const struct buffers_tile buffers = buffers_of(j, tile);
@@ -181,7 +184,7 @@ static void flush(const struct job *j, struct tile *tile, struct stream *s,
         s->place[i] = 3 * pixel_of(j, tile, origins->pixel[i]);
     stream_trace(s, j->view, &j->settings);
     for (uint32_t i = 0; i < n; i++)
-        add_radiance(j, tile, origins->pixel[i], origins->sample[i], x[i], y[i],
+        add_radiance(j, tile, origins->pixel[i], origins->sample[i], &weights, i,
                      lanes3_get(&s->radiance, i));
     s->n = 0;
 }
@@ -369,7 +372,11 @@ static void trace_tile_plain(const struct job *j, struct tile *tile)
             if (!j->needs_light) continue;
             struct vec3 radiance = path_radiance(j->view, &j->settings, &ray, &hit,
                                                  j->settings.photons[i & 1], &sampler);
-            add_radiance(j, tile, pixel, i, at.x, at.y, radiance);
+            struct film_weights weights;
+            const float dx = at.x - ((float)(tile->x + pixel % tile->width) + 0.5f);
+            const float dy = at.y - ((float)(tile->y + pixel / tile->width) + 0.5f);
+            if (tile->splats) film_weigh(&weights, &j->film.filter, j->film.margin, 1, &dx, &dy);
+            add_radiance(j, tile, pixel, i, &weights, 0, radiance);
         }
     }
 }

@@ -12,7 +12,8 @@
 enum { WIDTH = 70, HEIGHT = 45, SPP = 4, N_SAMPLES = WIDTH * HEIGHT * SPP };
 
 struct sample {
-    struct film_sample at;
+    uint32_t column, row, half;
+    float x, y; /* in the picture */
     struct vec3 radiance;
 };
 
@@ -24,12 +25,14 @@ static struct sample *make_samples(void)
     for (uint32_t i = 0; i < N_SAMPLES; i++) {
         struct sample *s = &samples[i];
         uint32_t pixel = i / SPP;
-        s->at = (struct film_sample){.column = pixel % WIDTH, .row = pixel / WIDTH, .half = i & 1};
-        s->at.x = (float)s->at.column + rng_float(&r);
-        s->at.y = (float)s->at.row + rng_float(&r);
+        s->column = pixel % WIDTH;
+        s->row = pixel / WIDTH;
+        s->half = i & 1;
+        s->x = (float)s->column + rng_float(&r);
+        s->y = (float)s->row + rng_float(&r);
         s->radiance.x = 1.0f;
         s->radiance.y = rng_float(&r);
-        s->radiance.z = (float)s->at.column;
+        s->radiance.z = (float)s->column;
     }
     return samples;
 }
@@ -46,9 +49,14 @@ static void by_tiles(const struct sample *samples, const struct filter *f, const
         for (uint32_t x = 0; x < WIDTH; x += FILM_TILE) {
             film_tile_start(tile, margin, x, y);
             for (uint32_t i = 0; i < N_SAMPLES; i++) {
-                const struct film_sample *at = &samples[i].at;
-                if (at->column - x < FILM_TILE && at->row - y < FILM_TILE)
-                    film_tile_add(tile, f, margin, at, samples[i].radiance);
+                const struct sample *at = &samples[i];
+                const float dx = at->x - ((float)at->column + 0.5f),
+                            dy = at->y - ((float)at->row + 0.5f);
+                struct film_weights weights;
+                if (at->column - x >= FILM_TILE || at->row - y >= FILM_TILE) continue;
+                film_weigh(&weights, f, margin, 1, &dx, &dy);
+                film_tile_add(tile, margin, &weights, 0, at->column, at->row, at->half,
+                              at->radiance);
             }
             film_add(sums, w, tile, margin);
         }
@@ -64,7 +72,7 @@ static double by_hand(const struct sample *samples, const struct filter *f, uint
 {
     double sum = 0, weights = 0;
     for (uint32_t i = 0; i < N_SAMPLES; i++) {
-        const struct film_sample *at = &samples[i].at;
+        const struct sample *at = &samples[i];
         if (!(halves >> at->half & 1)) continue;
         double weight = (double)filter_eval(f, at->x - ((float)x + 0.5f)) *
                         (double)filter_eval(f, at->y - ((float)y + 0.5f));

@@ -16,13 +16,15 @@
  */
 enum { BUFFERS_BLOCK = 4, BUFFERS_BLOCK_SPP = 8 }; /* blocks below so many samples */
 
-/* What the buffers show of a material that is the same everywhere. */
+/* What the buffers show of a material. */
 struct look {
     enum {
-        LOOK_CONSTANT, /* that, from both sides */
+        LOOK_CONSTANT, /* this, everywhere and from both sides */
+        LOOK_TEXTURE,  /* this, but the albedo is that of a texture */
         LOOK_VARIES,   /* ask bsdf_point_init() */
         LOOK_TURNED    /* the normal, too */
     } kind;
+    uint32_t texture;
     struct vec3 albedo;
     float roughness;
     bool is_diffuse; /* BUFFER_WI stays zero */

@@ -215,6 +215,14 @@ static void test_trace_errors(void **state)
     o.mis = "none";
     EXPECT(context, trace(context, scene, NULL, &o), LMN_ERR_ARGUMENT);
     o = good;
+    o.integrator = "photons";
+    EXPECT(context, trace(context, scene, NULL, &o), LMN_ERR_ARGUMENT);
+    assert_non_null(strstr(lmn_context_message(context), "auto, path or path+photons"));
+    o = good;
+    o.light_group_names = "all=lmp";
+    EXPECT(context, trace(context, scene, NULL, &o), LMN_ERR_ARGUMENT);
+    assert_non_null(strstr(lmn_context_message(context), "no emitter \"lmp\""));
+    o = good;
     o.has_max_depth = 1;
     o.max_depth = -2;
     EXPECT(context, trace(context, scene, NULL, &o), LMN_ERR_ARGUMENT);
@@ -228,6 +236,29 @@ static void test_trace_errors(void **state)
         values[0] = wrong[i];
         EXPECT(context, trace(context, scene, values, &good), LMN_ERR_ARGUMENT);
         assert_non_null(strstr(lmn_context_message(context), "slide"));
+    }
+    lmn_scene_free(scene);
+    lmn_context_free(context);
+}
+
+/* A picture says what it was traced with; the scene is left to choose by NULL. */
+static void test_integrators(void **state)
+{
+    (void)state;
+    static const char *const asked[] = {"path", "path+photons", "auto", NULL};
+    lmn_context *context = new_context(1);
+    lmn_scene *scene = load_scene(context);
+    for (size_t i = 0; i < 4; i++) {
+        lmn_image *image = NULL;
+        const lmn_trace_options o = {
+            .struct_size = sizeof o, .width = 8, .height = 8, .spp = 3, .integrator = asked[i]};
+        EXPECT(context, lmn_scene_trace(context, scene, NULL, &o, &image, NULL), LMN_OK);
+        const char *used = lmn_image_attribute(image, "integrator");
+        const char *spp = lmn_image_attribute(image, "spp");
+        assert_true(used && spp && !lmn_image_attribute(image, "nothing"));
+        if (i < 2) assert_string_equal(used, asked[i]);
+        assert_string_equal(spp, strcmp(used, "path") == 0 ? "3" : "4"); /* two equal halves */
+        lmn_image_free(image);
     }
     lmn_scene_free(scene);
     lmn_context_free(context);
@@ -304,8 +335,9 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_context),      cmocka_unit_test(test_struct_size),
         cmocka_unit_test(test_image),        cmocka_unit_test(test_scene),
-        cmocka_unit_test(test_trace_errors), cmocka_unit_test(test_split),
-        cmocka_unit_test(test_cancel),       cmocka_unit_test(test_free_null),
+        cmocka_unit_test(test_trace_errors), cmocka_unit_test(test_integrators),
+        cmocka_unit_test(test_split),        cmocka_unit_test(test_cancel),
+        cmocka_unit_test(test_free_null),
     };
     return cmocka_run_group_tests_name("api_handles", tests, NULL, NULL);
 }

@@ -6,97 +6,6 @@
 
 #include "render/light.h"
 
-/* ---- Materials ------------------------------------------------------------------------------- */
-
-enum { MAX_NESTING = 12 }; /* as in bsdf_point.c */
-
-static bool is_turned(const struct material *materials, uint32_t index, int depth)
-{
-    const struct bsdf *b = materials[index].bsdf;
-    if (b->kind == BSDF_BUMPMAP || b->kind == BSDF_NORMALMAP) return true;
-    for (int i = 0; i < bsdf_n_children(b->kind) && depth < MAX_NESTING; i++)
-        if (b->child[i] != SCENE_NONE && is_turned(materials, b->child[i], depth + 1)) return true;
-    return false;
-}
-
-static bool is_same(const struct look *a, const struct look *b)
-{
-    return a->albedo.x == b->albedo.x && a->albedo.y == b->albedo.y && a->albedo.z == b->albedo.z &&
-           a->roughness == b->roughness && a->is_diffuse == b->is_diffuse;
-}
-
-static struct look look_of(const struct bsdf_point *p)
-{
-    return (struct look){.albedo = bsdf_albedo(p),
-                         .roughness = bsdf_roughness(p),
-                         .is_diffuse = p->kind == BSDF_DIFFUSE};
-}
-
-static bool is_constant(const struct texture_set *textures, uint32_t index)
-{
-    return index == SCENE_NONE || textures->textures[index].kind == TEXTURE_CONSTANT;
-}
-
-/* The texture that is the albedo of a material, the same from both sides, of which nothing else
- * that buffers show varies; else SCENE_NONE. */
-static uint32_t albedo_texture(const struct material *materials, uint32_t index,
-                               const struct texture_set *textures)
-{
-    const struct bsdf *b = materials[index].bsdf;
-    if (materials[index].has_attributes) return SCENE_NONE; /* need to know the place */
-    for (int depth = 0; depth < MAX_NESTING; depth++) {
-        if (b->kind != BSDF_TWOSIDED && b->kind != BSDF_MASK) break;
-        if (b->kind == BSDF_TWOSIDED && b->child[1] != SCENE_NONE && b->child[1] != b->child[0])
-            return SCENE_NONE;
-        b = materials[b->child[0]].bsdf;
-    }
-    const bool is_even = is_constant(textures, b->alpha_u) && is_constant(textures, b->alpha_v);
-    switch (b->kind) {
-    case BSDF_ROUGH_PLASTIC:
-        return is_even ? b->reflectance : SCENE_NONE;
-    case BSDF_ROUGH_CONDUCTOR:
-    case BSDF_ROUGH_DIELECTRIC:
-        return is_even ? b->specular_reflectance : SCENE_NONE;
-    case BSDF_CONDUCTOR:
-    case BSDF_DIELECTRIC:
-    case BSDF_THIN_DIELECTRIC:
-        return b->specular_reflectance;
-    case BSDF_DIFFUSE:
-    case BSDF_ROUGH_DIFFUSE:
-    case BSDF_PLASTIC:
-        return b->reflectance;
-    default:
-        return SCENE_NONE;
-    }
-}
-
-void buffers_init_looks(struct look *looks, const struct material *materials, uint32_t n_bsdfs,
-                        const struct texture_set *textures)
-{
-    for (uint32_t i = 0; i < n_bsdfs; i++) {
-        struct look *look = &looks[i];
-        struct bsdf_point p;
-        const uint32_t texture = albedo_texture(materials, i, textures);
-        if (is_turned(materials, i, 0)) {
-            *look = (struct look){.kind = LOOK_TURNED};
-        } else if (materials[i].has_uv && texture == SCENE_NONE) {
-            *look = (struct look){.kind = LOOK_VARIES};
-        } else {
-            struct bsdf_place at = {.wi = {0, 0, 1}};
-            bsdf_point_init(&p, materials, i, textures, &at);
-            *look = look_of(&p);
-            at.wi.z = -1.0f;
-            bsdf_point_init(&p, materials, i, textures, &at);
-            struct look behind = look_of(&p);
-            if (!is_same(look, &behind)) look->kind = LOOK_VARIES;
-            if (!is_constant(textures, texture)) {
-                look->kind = LOOK_TEXTURE;
-                look->texture = texture;
-            }
-        }
-    }
-}
-
 /* ---- Lanes ----------------------------------------------------------------------------------- */
 
 static void put(struct first_hits *f, uint32_t channel, uint32_t i, struct vec3 v)
@@ -121,7 +30,7 @@ static struct look look_up(const struct view *v, const struct surface *s, uint32
     here.wi = vec3(0.0f, 0.0f, vec3_dot(vec3_neg(d), here.frame.n));
     const struct bsdf_place at = surface_place(&here, &v->materials[bsdf]);
     bsdf_point_init(&p, v->materials, bsdf, &v->textures, &at);
-    return look_of(&p);
+    return buffers_look(&p);
 }
 
 static void miss(struct first_hits *f, const struct view *v, const struct trace_settings *t,
@@ -352,20 +261,51 @@ static void add_one(const struct first_hits *f, const struct trace_settings *t,
     if (tile->chain) add_chain(&f->chain[i], sample, tile->chain + place * CHAIN_CHANNELS);
 }
 
-/* Adds whole blocks, row by row: in the order of memory. */
+/* Blocks side by side, as rows of pixels before they go to memory. */
+struct stage {
+    _Alignas(64) float rows[BUFFERS_BLOCK][STREAM_SIZE / BUFFERS_BLOCK * BUFFER_CHANNELS];
+    size_t first, n; /* place of the first pixel; pixels in a row */
+};
+
+/* Copies past the caches: a picture's buffers are larger, and a line that is written whole need not
+ * be read. */
+static void stream_floats(float *to, const float *from, size_t n)
+{
+    for (; n > 0 && (uintptr_t)to % 16 != 0; n--) *to++ = *from++;
+    for (; n >= 4; n -= 4, to += 4, from += 4) _mm_stream_ps(to, _mm_loadu_ps(from));
+    for (; n > 0; n--) *to++ = *from++;
+}
+
+static void stage_flush(struct stage *s, const struct buffers_tile *tile)
+{
+    for (size_t row = 0; row < BUFFERS_BLOCK; row++)
+        stream_floats(tile->to + (s->first + row * tile->stride) * BUFFER_CHANNELS, s->rows[row],
+                      s->n * BUFFER_CHANNELS);
+    s->n = 0;
+}
+
+/* Adds whole blocks. What is the only sample and cut by nothing goes to memory in long rows. */
 static void add_blocks(const struct first_hits *f, const struct trace_settings *t,
                        const struct buffers_tile *tile)
 {
     enum { WIDTH = BUFFERS_BLOCK, LANES = WIDTH * WIDTH };
-    for (uint32_t row = 0; row < WIDTH; row++)
-        for (uint32_t i = row * WIDTH; i < f->n; i += LANES) {
-            const size_t place = place_of(f, tile, i);
-            if (f->sample[i] == t->first_sample && !tile->chain && place != SIZE_MAX &&
-                place_of(f, tile, i + WIDTH - 1) != SIZE_MAX)
-                add_four(f, i, tile->to + place * BUFFER_CHANNELS);
-            else
-                for (uint32_t k = i; k < i + WIDTH; k++) add_one(f, t, tile, k);
+    struct stage s;
+    s.first = s.n = 0;
+    for (uint32_t i = 0; i < f->n; i += LANES) {
+        const size_t place = place_of(f, tile, i);
+        const bool is_whole = place != SIZE_MAX && place_of(f, tile, i + LANES - 1) != SIZE_MAX;
+        if (!is_whole || t->spp > 1 || tile->chain) {
+            for (uint32_t k = i; k < i + LANES; k++) add_one(f, t, tile, k);
+            continue;
         }
+        if (s.n > 0 && place != s.first + s.n) stage_flush(&s, tile);
+        if (s.n == 0) s.first = place;
+        for (uint32_t row = 0; row < WIDTH; row++)
+            add_four(f, i + row * WIDTH, s.rows[row] + s.n * BUFFER_CHANNELS);
+        s.n += WIDTH;
+    }
+    if (s.n > 0) stage_flush(&s, tile);
+    _mm_sfence(); /* before other threads are told */
 }
 
 /* Traces what the lanes hold and adds it; packets are of packet_size lanes or, at the end, less. */

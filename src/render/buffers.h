@@ -34,6 +34,9 @@ struct look {
 void buffers_init_looks(struct look *looks, const struct material *materials, uint32_t n_bsdfs,
                         const struct texture_set *textures);
 
+/* What they show at a point. */
+struct look buffers_look(const struct bsdf_point *p);
+
 /* One sample of a pixel per lane. */
 struct first_hits {
     uint32_t n;

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""sheets.py [--spp 1024] [--scenes A,B]: docs/results/scenes.png and scenes.md.
+"""sheets.py [--spp 512] [--scenes A,B]: docs/results/scenes.png and scenes.md.
 
 The seven scenes by `lumenaut trace` (integrator path), beside Mitsuba 3 with the same samples and
 depth, and beside the pictures by Tungsten that come with some of them, at these pictures' proportions;
@@ -132,7 +132,7 @@ def make(mi, row, spp):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--spp", type=int, default=1024)
+    parser.add_argument("--spp", type=int, default=512)
     parser.add_argument("--scenes", help="some of them, with commas between")
     parser.add_argument("--output", type=pathlib.Path, default=cases.ROOT / "docs/results")
     args = parser.parse_args()

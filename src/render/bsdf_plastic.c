@@ -2,7 +2,7 @@
 /* A diffuse base under a dielectric coat, smooth or rough; light that is reflected back inside is
  * summed in closed form. One-sided. */
 #include "render/bsdf.h"
-#include "render/fresnel.h"
+#include "render/facets.h"
 
 /* Chance of choosing the coat's mirror direction. */
 static float coat_probability(const struct bsdf_point *p, float r_i)
@@ -54,43 +54,36 @@ void plastic_sample(const struct bsdf_point *p, struct vec3 wi, float u1, float 
 
 /* ---- Rough ----------------------------------------------------------------------------------- */
 
-/* Chance of choosing a facet of the coat; t_i: what it lets in. */
-static float facet_probability(const struct bsdf_point *p, float t_i)
-{
-    float coat = (1.0f - t_i) * p->specular_weight, base = t_i * (1.0f - p->specular_weight);
-    return coat + base > 0.0f ? coat / (coat + base) : 1.0f;
-}
+/* The arguments FACETS_PLASTIC. */
+#define PLASTIC_OF(p)                                                                \
+    (p)->facets.alpha_u, (p)->facets.alpha_v, (p)->eta, (p)->specular_weight,        \
+        (p)->internal_reflection, (p)->is_nonlinear ? 1.0f : 0.0f, (p)->reflectance, \
+        (p)->specular_reflectance
 
 void rough_plastic_eval(const struct bsdf_point *p, struct vec3 wi, struct vec3 wo,
                         struct vec3 *value, float *pdf)
 {
     if (wi.z <= 0.0f || wo.z <= 0.0f) return;
-    struct vec3 m = vec3_normalize(vec3_add(wi, wo)), c = p->reflectance;
     float t_i = coat_transmittance(&p->coat, wi.z), t_o = coat_transmittance(&p->coat, wo.z);
-    float coat = facet_probability(p, t_i), cosine = wo.z * MATH_INV_PI, f = p->internal_reflection;
-    /* The density of m, D G1(wi) (wi.m) / wi.z, by the Jacobian 1 / (4 wo.m). */
-    float facets = microfacet_d(&p->facets, m) * microfacet_g1(&p->facets, wi, m) / (4.0f * wi.z);
-    float r = fresnel_dielectric(vec3_dot(wi, m), p->eta).r;
-    float base = cosine * t_i * t_o / (p->eta * p->eta);
-    struct vec3 inside = p->is_nonlinear ? c : vec3_splat(1.0f);
-    *pdf = coat * facets + (1.0f - coat) * cosine;
-    *value = vec3(c.x * base / (1.0f - inside.x * f), c.y * base / (1.0f - inside.y * f),
-                  c.z * base / (1.0f - inside.z * f));
-    *value = vec3_madd(*value, p->specular_reflectance,
-                       facets * r * microfacet_g1(&p->facets, wo, m));
+    if (p->facets.kind == MICROFACET_GGX)
+        facets_plastic_eval(MICROFACET_GGX, PLASTIC_OF(p), wi, wo, t_i, t_o, value, pdf);
+    else
+        facets_plastic_eval(MICROFACET_BECKMANN, PLASTIC_OF(p), wi, wo, t_i, t_o, value, pdf);
 }
 
 void rough_plastic_sample(const struct bsdf_point *p, struct vec3 wi, float u1, float u2, float v2,
                           struct bsdf_sample *s)
 {
+    const struct microfacet *f = &p->facets;
     if (wi.z <= 0.0f) return;
-    if (u1 < facet_probability(p, coat_transmittance(&p->coat, wi.z))) {
-        s->wo = fresnel_reflect(wi, microfacet_normal(&p->facets, wi, u2, v2));
-        s->lobe = LOBE_GLOSSY;
-    } else {
-        s->wo = warp_cosine_hemisphere(u2, v2);
-        s->lobe = LOBE_DIFFUSE;
-    }
+    float t_i = coat_transmittance(&p->coat, wi.z), weight = p->specular_weight;
+    s->lobe = u1 < facets_coat_chance(weight, t_i) ? LOBE_GLOSSY : LOBE_DIFFUSE;
+    if (f->kind == MICROFACET_GGX)
+        s->wo = facets_plastic_sample(MICROFACET_GGX, f->alpha_u, f->alpha_v, weight, wi, t_i, u1,
+                                      u2, v2);
+    else
+        s->wo = facets_plastic_sample(MICROFACET_BECKMANN, f->alpha_u, f->alpha_v, weight, wi, t_i,
+                                      u1, u2, v2);
     struct vec3 value = {0};
     rough_plastic_eval(p, wi, s->wo, &value, &s->pdf);
     if (s->pdf > 0.0f) s->weight = vec3_scale(value, 1.0f / s->pdf);

@@ -36,6 +36,16 @@ static inline struct fresnel fresnel_dielectric(float cos_i, float eta)
     return f;
 }
 
+/* The reflected fraction for light from outside, cos_i >= 0, without branches. */
+MATH_INLINE float fresnel_outside(float cos_i, float eta)
+{
+    float inverse = 1.0f / eta;
+    float ct = sqrtf(max_float(1.0f - (1.0f - cos_i * cos_i) * inverse * inverse, 0.0f));
+    float s = (cos_i - eta * ct) / (cos_i + eta * ct), p = (ct - eta * cos_i) / (ct + eta * cos_i);
+    float r = 0.5f * (s * s + p * p);
+    return eta == 1.0f ? 0.0f : r;
+}
+
 /* One channel of a conductor with complex index eta + i k (Moeller, "Optics"). */
 static inline float fresnel_conductor_1(float cos_i, float eta, float k)
 {

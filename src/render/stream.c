@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/stream.h"
 
+#include <string.h>
+
 #include "base/cpu.h"
 #include "render/chain.h"
 #include "render/light.h"
@@ -255,8 +257,16 @@ static void look_up_point(struct stream *s, const struct view *v, uint32_t i, ui
     s->bsdf[i] = &s->own_bsdf[i];
 }
 
-/* The material of a lane that is not plain. */
-static void look_up_material(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf)
+/* Whether vector code knows the material. */
+static bool has_kernel(const struct bsdf_point *b)
+{
+    bool is_known = b->kind == BSDF_ROUGH_CONDUCTOR || b->kind == BSDF_ROUGH_PLASTIC;
+    return is_known && b->opacity == 1.0f && !b->is_turned;
+}
+
+/* The material of a lane that is not plain. Photons ask lane by lane which lobe a path took. */
+static void look_up_material(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf,
+                             bool has_photons)
 {
     const struct material *m = &v->materials[bsdf];
     if (m->ready)
@@ -268,6 +278,12 @@ static void look_up_material(struct stream *s, const struct view *v, uint32_t i,
     if (bsdf_is_diffuse(b)) {
         s->bsdf_side[i] = b->is_mirrored ? -1.0f : 1.0f;
         lanes3_set(&s->reflectance, i, b->reflectance);
+    } else if (has_kernel(b) && !has_photons) {
+        bool is_plastic = b->kind == BSDF_ROUGH_PLASTIC, is_ggx = b->facets.kind == MICROFACET_GGX;
+        enum facet_list list = is_plastic
+                                   ? (is_ggx ? FACET_PLASTIC_GGX : FACET_PLASTIC_BECKMANN)
+                                   : (is_ggx ? FACET_CONDUCTOR_GGX : FACET_CONDUCTOR_BECKMANN);
+        s->facets[list][s->n_facets[list]++] = i;
     } else {
         s->scalar[s->n_scalar++] = i;
     }
@@ -346,6 +362,7 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
     uint32_t n_alive = 0, n_special = 0, special[STREAM_SIZE];
     uint32_t n_textured = 0, textured[STREAM_SIZE];
     s->n_scalar = 0;
+    memset(s->n_facets, 0, sizeof s->n_facets);
     prefetch(s, v);
     for (uint32_t i = 0; i < s->n; i++) {
         if (!s->is_alive[i]) continue;
@@ -375,7 +392,7 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
         if (shape->emitter != SCENE_NONE && shows_emitters && s->met[i] != PATH_CAUSTIC)
             emit(s, v, t, i);
         const struct material *m = &v->materials[bsdf];
-        if (!is_last && !m->is_plain) look_up_material(s, v, i, bsdf);
+        if (!is_last && !m->is_plain) look_up_material(s, v, i, bsdf, has_photons);
         if (!is_last && m->is_plain && m->texture != SCENE_NONE) look_up_texture(s, v, i, m);
         if (!is_last && has_photons) gather(s, v, t, i, depth);
     }
@@ -411,6 +428,7 @@ static void connect(struct stream *s, const struct view *v, const struct trace_s
     }
     if (v->table.n > 0) kernels->light(s, &v->guide, &v->table);
     kernels->eval(s);
+    kernels->facets_eval(s);
     for (uint32_t k = 0; k < s->n_scalar; k++) {
         uint32_t i = s->scalar[k];
         struct vec3 value;
@@ -459,6 +477,7 @@ static void scatter(struct stream *s, const struct view *v, const struct trace_s
                     int32_t depth)
 {
     v->world->kernels->sample(s);
+    v->world->kernels->facets_sample(s);
     bool goes_on[STREAM_SIZE] = {false};
     for (uint32_t k = 0; k < s->n_scalar; k++) {
         uint32_t i = s->scalar[k];

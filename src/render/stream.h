@@ -37,6 +37,25 @@ static inline void lanes3_set(struct lanes3 *a, uint32_t i, struct vec3 v)
     a->z[i] = v.z;
 }
 
+/* Materials that have vector code of their own, by the kind of their facets. */
+enum facet_list {
+    FACET_CONDUCTOR_GGX,
+    FACET_CONDUCTOR_BECKMANN,
+    FACET_PLASTIC_GGX,
+    FACET_PLASTIC_BECKMANN,
+    FACET_LISTS_N
+};
+
+static inline bool facet_list_is_plastic(enum facet_list list)
+{
+    return list >= FACET_PLASTIC_GGX;
+}
+
+static inline enum microfacet_kind facet_list_kind(enum facet_list list)
+{
+    return list % 2 == 0 ? MICROFACET_GGX : MICROFACET_BECKMANN;
+}
+
 struct stream {
     uint32_t n; /* lanes in use; those of dead paths compute nothing that matters */
     uint32_t is_alive[STREAM_SIZE];
@@ -72,6 +91,8 @@ struct stream {
     uint32_t bsdf_is_twosided[STREAM_SIZE]; /* and plain */
     float bsdf_side[STREAM_SIZE];           /* -1 where seen from behind and two-sided, else 1 */
     struct lanes3 reflectance;
+    uint32_t n_facets[FACET_LISTS_N]; /* rough conductors and plastics, by lane */
+    uint32_t facets[FACET_LISTS_N][STREAM_SIZE];
     uint32_t n_scalar; /* the others, by lane */
     uint32_t scalar[STREAM_SIZE];
     const struct bsdf_point *bsdf[STREAM_SIZE]; /* all but plain ones */
@@ -139,6 +160,9 @@ struct stream_kernels {
     void (*light)(struct stream *s, const struct light_guide *g, const struct light_table *t);
     /* light_wo, and value and value_pdf of diffuse lanes. */
     void (*eval)(struct stream *s);
+    /* The same of the lanes that have facets; their next directions. */
+    void (*facets_eval)(struct stream *s);
+    void (*facets_sample)(struct stream *s);
     /* What connects: is_connected, light, shadow rays. */
     void (*connect)(struct stream *s, enum mis_kind mis);
     /* wo, weight, wo_pdf, ... of diffuse lanes. */

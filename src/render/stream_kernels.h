@@ -28,6 +28,7 @@ static inline struct frame lane_frame(const struct stream *s, uint32_t i)
                           lanes3_get(&s->frame_n, i)};
 }
 
+#include "render/facet_kernels.h"
 #include "render/few_kernels.h"
 
 /* Some loops exist once for each kind of sampler, as a loop of vectors cannot branch. */
@@ -372,6 +373,8 @@ const struct stream_kernels STREAM_KERNELS = {
     .aim = aim,
     .look_at = look_at,
     .describe = describe,
+    .facets_eval = facets_eval,
+    .facets_sample = facets_sample,
     .few_cast = few_cast,
     .few_shade = few_shade,
 };

@@ -215,7 +215,7 @@ typedef struct lmn_trace_options {
     uint32_t buffers; /* 1: append position, normals, albedo, roughness, ... channels */
     uint32_t
         half_buffers;    /* 1: append "a.R".. and "b.R"..: two independent halves of the samples */
-    const char *sampler; /* NULL: the scene's; "independent" or "sobol" */
+    const char *sampler; /* NULL: "sobol", whatever the scene asks for; or "independent" */
     const char *mis;     /* NULL: "power"; or "balance" */
     /* "path"; "path+photons": caustics by photons, gathered within a radius that shrinks with spp
      * (biased by it, right in the limit), spp is then rounded up to even; "auto": photons where the

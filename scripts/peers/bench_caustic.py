@@ -75,9 +75,9 @@ def main():
                                                  str(seed), "--integrator", "path")),
             "path+photons": (64, lambda spp, seed: ours(mi, out, alpha, "--spp", str(spp), "--seed",
                                                         str(seed), "--integrator", "path+photons")),
-            "the same, sobol": (64, lambda spp, seed: ours(mi, out, alpha, "--spp", str(spp), "--seed",
+            "the same, independent": (64, lambda spp, seed: ours(mi, out, alpha, "--spp", str(spp), "--seed",
                                                            str(seed), "--integrator", "path+photons",
-                                                           "--sampler", "sobol")),
+                                                           "--sampler", "independent")),
         }
         measured = {name: [] for name in runs}
         for seed in range(args.runs): # by turns

@@ -38,7 +38,7 @@ PASS = 1024  # samples of one part of a reference
 PEERS = {v: (v, None) for v in bench_scenes.VARIANTS}
 STRATIFIED_PEER = {"llvm_ad_rgb multijitter": ("llvm_ad_rgb", "multijitter")}
 OURS = {"lumenaut": ()}
-STRATIFIED_OURS = {"lumenaut sobol": ("--sampler", "sobol")}
+INDEPENDENT_OURS = {"lumenaut independent": ("--sampler", "independent")}
 
 
 class Peer:
@@ -149,7 +149,7 @@ def measure(scene, args):
     scene = bench_scenes.comparable(scene)
     u, levels = bench_scenes.shares(scene), [int(n) for n in args.spp.split(",")]
     kinds = {**PEERS, **(STRATIFIED_PEER if args.stratified else {})}
-    mine = {**OURS, **(STRATIFIED_OURS if args.stratified else {})}
+    mine = {**OURS, **(INDEPENDENT_OURS if args.stratified else {})}
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         peers = {who: Peer(folder, *how, scene, args.size) for who, how in kinds.items()}
@@ -208,7 +208,7 @@ def main():
     parser.add_argument("--spp", default="16,64,256")
     parser.add_argument("--runs", type=int, default=4)
     parser.add_argument("--reference-spp", type=int, default=16384)
-    parser.add_argument("--stratified", action="store_true", help="better samplers of both, too")
+    parser.add_argument("--stratified", action="store_true", help="the other sampler of both, too")
     parser.add_argument("--again", action="store_true", help="measure scenes that are done, too")
     parser.add_argument("--output", type=pathlib.Path, default=FOLDER / "bench_error.json")
     args = parser.parse_args()

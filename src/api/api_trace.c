@@ -84,6 +84,7 @@ static lmn_status read_settings(const lmn_scene *scene, const lmn_trace_options 
     if (o->has_max_depth) t->max_depth = o->max_depth;
     if (o->has_rr_depth) t->rr_depth = o->rr_depth;
     t->seed = o->seed;
+    t->sampler = SAMPLER_SOBOL;
     if (o->sampler) {
         TRY(choose("sampler", o->sampler, samplers, 2, &choice, err));
         t->sampler = choice ? SAMPLER_SOBOL : SAMPLER_INDEPENDENT;

@@ -14,7 +14,7 @@ struct trace_args {
     uint32_t sampler, mis, integrator;
 };
 
-static const char *const sampler_names[] = {NULL, "independent", "sobol"};
+static const char *const sampler_names[] = {"sobol", "independent"};
 static const char *const mis_names[] = {"power", "balance"};
 static const char *const integrator_names[] = {NULL, "auto", "path", "path+photons"};
 
@@ -43,9 +43,8 @@ static const struct arg_option trace_options[] = {
     {.name = "sampler",
      .type = ARG_CHOICE,
      .argument = "NAME",
-     .help = "where samples come from",
-     .fallback = "scene: the scene's",
-     .choices = "scene independent sobol",
+     .help = "where samples come from: scrambled points that keep apart, or random numbers",
+     .choices = "sobol independent",
      .offset = offsetof(struct trace_args, sampler)},
     {.name = "mis",
      .type = ARG_CHOICE,

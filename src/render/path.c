@@ -27,7 +27,8 @@ struct vec3 path_emission(const struct view *v, const struct trace_settings *t,
 
 /* Adds the light of one sample of the lights, where nothing is in its way. */
 static void connect(struct path *p, const struct view *v, const struct trace_settings *t,
-                    const struct surface *s, const struct bsdf_point *bsdf, struct vec2 u)
+                    const struct surface *s, const struct bsdf_point *bsdf, struct vec2 u,
+                    float u_roulette)
 {
     struct light_sample l;
     struct vec3 value;
@@ -37,6 +38,11 @@ static void connect(struct path *p, const struct view *v, const struct trace_set
     if (vec3_is_zero(value) || vec3_is_zero(l.weight)) return;
     float w = l.is_delta ? 1.0f : path_mis_weight(t->mis, l.pdf, pdf);
     struct vec3 light = vec3_scale(vec3_mul(vec3_mul(value, l.weight), p->throughput), w);
+    if (view_saves_rays(v)) {
+        float chance = path_light_chance(vec3_max(p->radiance), light);
+        if (path_lower_bits(u_roulette) >= chance) return;
+        light = vec3_scale(light, 1.0f / chance);
+    }
     struct ray shadow = l.is_infinite ? surface_ray(s->p, s->n, l.d)
                                       : surface_ray_to(s->p, s->n, l.p);
     if (!accel_occluded(v->top, &shadow)) p->radiance = vec3_add(p->radiance, light);
@@ -108,9 +114,10 @@ struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
         }
         sampler_skip_to(sampler, path_dimension(depth));
         struct vec2 u_light = sampler_next_2d(sampler);
-        if (!is_caster || !(p.met & PATH_RECEIVER)) connect(&p, v, t, &s, &bsdf, u_light);
         struct vec2 u = sampler_next_2d(sampler);
         float u_lobe = sampler_next_1d(sampler), u_roulette = sampler_next_1d(sampler);
+        if (!is_caster || !(p.met & PATH_RECEIVER))
+            connect(&p, v, t, &s, &bsdf, u_light, u_roulette);
         struct bsdf_sample b = bsdf_sample(&bsdf, s.wi, u_lobe, u.x, u.y);
         if (!scatter(&p, t, depth, &s, &b, u_roulette, &ray)) break;
         if (photons) p.met = photon_path_after(p.met, is_caster, b.lobe);

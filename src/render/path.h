@@ -45,6 +45,21 @@ static inline float path_survival(float throughput_max, float eta)
     return min_float(throughput_max * eta * eta, 0.95f);
 }
 
+/* Shadow rays are for light that may add to what the path has gathered (its largest channel):
+ * lesser light is weighed up by chance, in whole 4096ths. Those are exact for the number that
+ * decides, the lower 12 bits of one that roulette takes its upper bits of. */
+static inline float path_light_chance(float gathered, struct vec3 light)
+{
+    float adds = vec3_max(light), share = adds / max_float(adds, gathered + 1e-30f);
+    return (floor_float(share * 4095.0f) + 1.0f) * 0x1p-12f;
+}
+
+static inline float path_lower_bits(float u)
+{
+    float x = u * 4096.0f;
+    return x - floor_float(x);
+}
+
 /* Light of an environment, one of v->lights, that a ray along d runs into. */
 struct vec3 path_environment(const struct view *v, const struct trace_settings *t,
                              const struct path *p, const struct light *l, struct vec3 d);

@@ -437,7 +437,7 @@ static void connect(struct stream *s, const struct view *v, const struct trace_s
                   &s->value_pdf[i]);
         lanes3_set(&s->value, i, value);
     }
-    kernels->connect(s, t->mis);
+    kernels->connect(s, t->mis, view_saves_rays(v));
     add_lights(s, v);
 }
 

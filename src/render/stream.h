@@ -164,7 +164,7 @@ struct stream_kernels {
     void (*facets_eval)(struct stream *s);
     void (*facets_sample)(struct stream *s);
     /* What connects: is_connected, light, shadow rays. */
-    void (*connect)(struct stream *s, enum mis_kind mis);
+    void (*connect)(struct stream *s, enum mis_kind mis, bool saves_rays);
     /* wo, weight, wo_pdf, ... of diffuse lanes. */
     void (*sample)(struct stream *s);
     /* The next rays; paths whose throughput is zero, or that lose at roulette, die. The chance to

@@ -260,21 +260,38 @@ LANE void connect_lane(struct stream *s, uint32_t i, enum mis_kind mis)
     float share = path_mis_weight(mis, s->light_pdf[i], s->value_pdf[i]);
     bool is_far = s->light_is_infinite[i] != 0;
     share = choose(s->light_is_delta[i] != 0, 1.0f, share);
-    lanes3_set(&s->light, i, vec3_scale(vec3_mul(vec3_mul(value, weight), throughput), share));
+    struct vec3 light = vec3_scale(vec3_mul(vec3_mul(value, weight), throughput), share);
+    bool is_dark = vec3_is_zero(value) || vec3_is_zero(weight);
+    lanes3_set(&s->light, i, light);
     lanes3_set(&s->shadow_o, i, near.o);
     lanes3_set(&s->shadow_d, i, near.d);
     lanes3_choose(&s->shadow_o, i, is_far, far.o);
     lanes3_choose(&s->shadow_d, i, is_far, far.d);
     s->shadow_t_max[i] = choose(is_far, far.t_max, near.t_max);
-    bool is_dark = vec3_is_zero(value) || vec3_is_zero(weight);
     s->is_connected[i] = s->is_alive[i] & s->has_light[i] & !is_dark;
 }
 
-KERNEL connect(struct stream *s, enum mis_kind mis)
+/* Leaves some shadow rays to chance. */
+KERNEL save_rays(struct stream *s)
+{
+    float gathered[STREAM_SIZE];
+    uint32_t n = s->n;
+    for (uint32_t i = 0; i < n; i++) gathered[i] = vec3_max(lanes3_get(&s->radiance, s->path[i]));
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) {
+        struct vec3 light = lanes3_get(&s->light, i);
+        float chance = path_light_chance(gathered[i], light);
+        lanes3_set(&s->light, i, vec3_scale(light, 1.0f / chance));
+        s->is_connected[i] &= path_lower_bits(s->u[5][i]) < chance;
+    }
+}
+
+KERNEL connect(struct stream *s, enum mis_kind mis, bool saves_rays)
 {
     uint32_t n = s->n;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) connect_lane(s, i, mis);
+    if (saves_rays) save_rays(s);
 }
 
 LANE void sample_lane(struct stream *s, uint32_t i)

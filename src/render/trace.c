@@ -430,7 +430,7 @@ static lmn_status trace_parallel(const struct job *j, struct pool *pool, lmn_pro
         width = t.reach.x1 - t.x0;
         height = t.reach.y1 - t.y0;
         sums = mem_new((size_t)w->width * w->height, sizeof *sums);
-        run = 16 * pool_n_workers(pool);
+        run = (progress ? 16 : 64) * pool_n_workers(pool);
         t.splats = mem_new(run, sizeof *t.splats);
         if (!sums || !t.splats) {
             status = fail_memory(err, "the picture");

@@ -163,6 +163,12 @@ struct view {
     uint32_t first_environment; /* lights from here on surround the scene */
 };
 
+/* Whether shadow rays cost enough to leave some to chance. */
+static inline bool view_saves_rays(const struct view *v)
+{
+    return !few_is_used(&v->few);
+}
+
 /* Brings what is derived from the state up to date: instances that moved, lights, materials. */
 void view_refresh(struct view *v, bool is_first);
 

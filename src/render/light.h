@@ -83,12 +83,17 @@ MATH_INLINE bool light_sample_finish(struct light_sample *s, struct vec3 referen
     return (distance2 > 0.0f) & (cosine > 0.0f) & (pdf > 0.0f) & (pdf < INFINITY);
 }
 
-/* The element of a light in a table that u chooses. */
+/* The element of a light in a table that u chooses: cdf[k] <= u < cdf[k + 1]. */
 static inline int32_t light_table_choose(const struct light_table *t, uint32_t light, float u)
 {
-    int32_t k = t->first[light];
-    for (int32_t i = k + 1; i < t->first[light + 1]; i++) k += t->cdf[i] <= u;
-    return k;
+    int32_t low = t->first[light], high = t->first[light + 1];
+    while (high - low > 1) {
+        int32_t middle = (low + high) / 2;
+        bool is_above = t->cdf[middle] <= u;
+        low = is_above ? middle : low;
+        high = is_above ? high : middle;
+    }
+    return low;
 }
 
 /* Where a light sample is on a sphere. */
@@ -121,14 +126,19 @@ MATH_INLINE bool light_table_sample(struct light_sample *s, const struct light_t
     struct vec3 p = vec3(t->p.x[k], t->p.y[k], t->p.z[k]);
     struct vec3 e0 = vec3(t->e0.x[k], t->e0.y[k], t->e0.z[k]);
     struct vec3 e1 = vec3(t->e1.x[k], t->e1.y[k], t->e1.z[k]);
-    struct vec3 n = vec3(t->normal.x[k], t->normal.y[k], t->normal.z[k]);
-    struct vec3 radiance = vec3(t->radiance.x[k], t->radiance.y[k], t->radiance.z[k]);
+    const struct vec3 *of_light = &t->radiance[t->light[k]];
+    struct vec3 radiance = vec3(of_light->x, of_light->y, of_light->z);
     float u = min_float((u1 - t->cdf[k]) * t->scale[k], 0x1.fffffep-1f), cone_pdf = 0.0f;
     struct vec2 b = warp_triangle(u, u2), disk = warp_disk(u, u2);
     bool is_disk = t->is_disk[k] != 0;
     b.x = is_disk ? disk.x : b.x;
     b.y = is_disk ? disk.y : b.y;
     struct vec3 at = vec3_madd(vec3_madd(p, e0, b.x), e1, b.y);
+    float nx = t->normal.x[k] + t->turn0.x[k] * b.x + t->turn1.x[k] * b.y;
+    float ny = t->normal.y[k] + t->turn0.y[k] * b.x + t->turn1.y[k] * b.y;
+    float nz = t->normal.z[k] + t->turn0.z[k] * b.x + t->turn1.z[k] * b.y;
+    float unit = 1.0f / sqrtf(nx * nx + ny * ny + nz * nz);
+    struct vec3 n = vec3(nx * unit, ny * unit, nz * unit);
     if (has_spheres) {
         float radius = t->radius[k];
         struct vec3 there = vec3_madd(p, on_sphere, radius);
@@ -145,8 +155,11 @@ MATH_INLINE bool light_table_sample(struct light_sample *s, const struct light_t
     return light_sample_finish(s, reference, n, t->pdf[k], cone_pdf, radiance, choice);
 }
 
-/* Fills the view's table from its lights. */
-void light_table_init(struct light_table *t, const struct view *v);
+/* Room for the lights of all instances of the view's scene. */
+bool light_table_alloc(struct light_table *t, const struct view *v);
+void light_table_release(struct light_table *t);
+/* Fills the view's table from its lights. Where nothing `has_moved` only radiance is new. */
+void light_table_init(struct light_table *t, const struct view *v, bool has_moved);
 
 /* For photons. A point on an area light, uniform by area: density per area, and what it shines. */
 struct light_point {

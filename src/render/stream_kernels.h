@@ -208,13 +208,39 @@ KERNEL light_spheres(struct stream *s, const struct light_table *t)
     for (uint32_t i = 0; i < n; i++) light_lane(s, i, t, true, vec3(x[i], y[i], z[i]), pdf[i]);
 }
 
-KERNEL light(struct stream *s, const struct light_guide *g, const struct light_table *t)
+/* light_table_choose(), all lanes in step: halves until one element is left, which more steps leave
+ * as it is. */
+KERNEL search_elements(struct stream *s, const struct light_table *t)
+{
+    int32_t high[STREAM_SIZE];
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) {
+        s->element[i] = t->first[s->light_index[i]];
+        high[i] = t->first[s->light_index[i] + 1];
+    }
+    for (int32_t left = t->n; left > 1; left = (left + 1) / 2) {
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) {
+            int32_t middle = (s->element[i] + high[i]) / 2;
+            bool is_above = t->cdf[middle] <= s->light_left[i];
+            s->element[i] = is_above ? middle : s->element[i];
+            high[i] = is_above ? high[i] : middle;
+        }
+    }
+}
+
+/* The same, of few elements one at a time for all lanes. */
+KERNEL choose_elements(struct stream *s, const struct light_table *t)
 {
     uint32_t n = s->n;
-    choose_light(s, g);
+    if (t->n > LIGHT_TABLE_FEW) {
+        search_elements(s, t);
+        return;
+    }
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) s->element[i] = t->first[s->light_index[i]];
-    for (int32_t k = 1; k < t->n; k++) { /* light_table_choose(), an element at a time */
+    for (int32_t k = 1; k < t->n; k++) {
         float cdf = t->cdf[k];
         int32_t of = t->light[k];
         if (of != t->light[k - 1]) continue; /* a light's first */
@@ -222,6 +248,13 @@ KERNEL light(struct stream *s, const struct light_guide *g, const struct light_t
         for (uint32_t i = 0; i < n; i++)
             s->element[i] += (s->light_index[i] == of) & (cdf <= s->light_left[i]);
     }
+}
+
+KERNEL light(struct stream *s, const struct light_guide *g, const struct light_table *t)
+{
+    uint32_t n = s->n;
+    choose_light(s, g);
+    choose_elements(s, t);
     if (t->has_spheres) {
         light_spheres(s, t);
         return;

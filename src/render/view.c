@@ -46,6 +46,10 @@ lmn_status view_new(const struct world *w, struct view **out, struct error *err)
         .bitmaps = s->bitmaps,
         .decode = w->decode,
     };
+    if (!light_table_alloc(&v->table, v)) {
+        status = fail_memory(err, "view");
+        goto done;
+    }
     view_refresh(v, true);
     *out = v;
     v = NULL;
@@ -69,6 +73,7 @@ void view_free(struct view *v)
     mem_free(v->coats);
     for (uint32_t i = 0; v->skies && i < v->world->n_skies; i++) sky_release(&v->skies[i]);
     mem_free(v->skies);
+    light_table_release(&v->table);
     mem_free(v);
 }
 
@@ -223,7 +228,7 @@ void view_refresh(struct view *v, bool is_first)
     refresh_lights(v);
     refresh_boxes(v);
     light_guide_init(&v->guide, v);
-    light_table_init(&v->table, v);
+    light_table_init(&v->table, v, has_moved);
     material_init(v->materials, v->state.bsdfs, s->n_bsdfs, &v->textures, v->coats, v->ready);
     buffers_init_looks(v->looks, v->materials, s->n_bsdfs, &v->textures);
 }

@@ -112,26 +112,31 @@ struct light_guide {
 
 /*
  * The elements of all lights (triangles, disks, spheres), in world space and ready for sampling,
- * where nothing else shines and they are few: flat meshes, disks and spheres that shine the same
- * everywhere. Then vector code can choose among them and gather what it needs.
+ * where nothing else shines: meshes, disks and spheres that shine the same everywhere. Then vector
+ * code can choose among them and gather what it needs.
  */
-enum { LIGHT_TABLE_SIZE = 64 };
+enum { LIGHT_TABLE_MAX = 1 << 16, LIGHT_TABLE_FEW = 64 };
+
+/* Vectors as arrays. */
+struct light_vectors {
+    float *x, *y, *z;
+};
 
 struct light_table {
-    int32_t n; /* 0: no table */
+    uint32_t capacity; /* elements of all instances; 0: too many */
+    float *memory;     /* of what follows, [capacity] each */
+    int32_t n;         /* 0: no table */
     bool has_spheres;
     int32_t first[LIGHT_GUIDES + 1]; /* of a light's elements */
-    int32_t light[LIGHT_TABLE_SIZE]; /* of an element */
-    int32_t is_disk[LIGHT_TABLE_SIZE];
-    float radius[LIGHT_TABLE_SIZE]; /* spheres; 0 for others */
+    struct vec3 radiance[LIGHT_GUIDES];
+    int32_t *light, *is_disk; /* of an element */
+    float *radius;            /* spheres; 0 for others */
     /* A triangle's corner and the edges from it, a disk's centre and its axes, a sphere's centre;
-     * the unit normal on the side that shines. */
-    struct {
-        float x[LIGHT_TABLE_SIZE], y[LIGHT_TABLE_SIZE], z[LIGHT_TABLE_SIZE];
-    } p, e0, e1, normal, radiance;
-    float cdf[LIGHT_TABLE_SIZE];   /* probability of all triangles before, within the light */
-    float scale[LIGHT_TABLE_SIZE]; /* 1 / its own probability */
-    float pdf[LIGHT_TABLE_SIZE];   /* density of the light's points per area */
+     * the normal on the side that shines, and how it turns along the edges. */
+    struct light_vectors p, e0, e1, normal, turn0, turn1;
+    float *cdf;   /* probability of all triangles before, within the light */
+    float *scale; /* 1 / its own probability */
+    float *pdf;   /* density of the light's points per area */
 };
 
 struct look;

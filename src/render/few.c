@@ -32,6 +32,8 @@ static bool span(struct few_face *f, const struct owner *o, struct vec3 p, struc
         e1 = transform_vector(m, e1);
     }
     f->p = p;
+    f->e0 = e0;
+    f->e1 = e1;
     f->n = vec3_cross(e0, e1);
     float n2 = vec3_dot(f->n, f->n);
     f->to_x = vec3_scale(vec3_cross(e1, f->n), 1.0f / n2);
@@ -124,6 +126,79 @@ static bool add_sphere(struct few *f, const struct owner *o)
     return true;
 }
 
+/* The sign with which a is parallel to b and as long: 1, -1, or 0. */
+static int alike(struct vec3 a, struct vec3 b)
+{
+    const float least = 1e-10f * vec3_dot(b, b);
+    struct vec3 less = vec3_sub(a, b), more = vec3_add(a, b);
+    return vec3_dot(less, less) < least ? 1 : vec3_dot(more, more) < least ? -1 : 0;
+}
+
+/* The middle of a parallelogram. */
+static struct vec3 middle_of(const struct few_face *f)
+{
+    return vec3_madd(vec3_madd(f->p, f->e0, 0.5f), f->e1, 0.5f);
+}
+
+/* Makes a box of six faces, if they are one. */
+static bool box_of(struct few_box *b, const struct few_face *faces, int32_t first)
+{
+    struct vec3 axis[3] = {faces[0].e0, faces[0].e1}, center = vec3_splat(0.0f);
+    const struct few_face *side = &faces[1]; /* one that is not parallel to the first */
+    if (alike(side->n, faces[0].n)) side = &faces[2];
+    for (int k = 0; k < 6; k++) {
+        if (faces[k].most != 2.0f || faces[k].most2 != 2.0f) return false;
+        center = vec3_madd(center, middle_of(&faces[k]), 1.0f / 6.0f);
+    }
+    bool is_first_shared = alike(side->e0, axis[0]) || alike(side->e0, axis[1]);
+    axis[2] = is_first_shared ? side->e1 : side->e0;
+    float volume = vec3_dot(axis[0], vec3_cross(axis[1], axis[2]));
+    if (!(fabsf(volume) > 0.0f)) return false;
+    *b = (struct few_box){.center = center, .face = {{-1, -1}, {-1, -1}, {-1, -1}}};
+    for (int k = 0; k < 3; k++) {
+        struct vec3 across = vec3_cross(axis[(k + 1) % 3], axis[(k + 2) % 3]);
+        b->to_local[k] = vec3_scale(across, 2.0f / volume);
+    }
+    for (int k = 0; k < 6; k++) {
+        struct vec3 out = vec3_scale(vec3_sub(middle_of(&faces[k]), center), 2.0f);
+        for (int a = 0; a < 3; a++) {
+            const int sign = alike(out, axis[a]);
+            if (sign == 0) continue;
+            const struct vec3 u = axis[(a + 1) % 3], v = axis[(a + 2) % 3];
+            bool is_whole = (alike(faces[k].e0, u) && alike(faces[k].e1, v)) ||
+                            (alike(faces[k].e0, v) && alike(faces[k].e1, u));
+            if (is_whole) b->face[a][sign > 0] = first + k;
+        }
+    }
+    for (int a = 0; a < 3; a++)
+        if (b->face[a][0] < 0 || b->face[a][1] < 0) return false;
+    return vec3_is_finite(b->to_local[0]) && vec3_is_finite(b->to_local[1]) &&
+           vec3_is_finite(b->to_local[2]);
+}
+
+/* Finds boxes among the faces and puts the loose ones first. */
+static bool pack(struct few *f)
+{
+    struct few_face faces[FEW_FACES];
+    const uint32_t n = f->n_faces;
+    bool is_boxed[FEW_FACES] = {false};
+    memcpy(faces, f->faces, n * sizeof *faces);
+    for (uint32_t i = 0; i + 6 <= n && f->n_boxes < FEW_BOXES; i++) {
+        const struct few_face *a = &faces[i], *b = &faces[i + 5];
+        if (a->shape != b->shape || a->instance != b->instance) continue;
+        if (!box_of(&f->boxes[f->n_boxes], a, 0)) continue;
+        for (uint32_t k = 0; k < 6; k++) is_boxed[i + k] = true;
+        f->n_boxes++;
+        i += 5;
+    }
+    f->n_loose = n - 6 * f->n_boxes;
+    uint32_t loose = 0, boxed = f->n_loose;
+    for (uint32_t i = 0; i < n; i++) f->faces[is_boxed[i] ? boxed++ : loose++] = faces[i];
+    for (uint32_t k = 0; k < f->n_boxes; k++)
+        for (int a = 0; a < 6; a++) f->boxes[k].face[a / 2][a % 2] += (int32_t)(f->n_loose + 6 * k);
+    return f->n_loose <= FEW_LOOSE;
+}
+
 static bool add_shape(struct few *f, const struct owner *o)
 {
     switch (o->of->kind) {
@@ -142,7 +217,7 @@ static bool add_shape(struct few *f, const struct owner *o)
 void few_init(struct few *f, const struct view *v)
 {
     const struct scene *s = v->world->scene;
-    f->n_faces = f->n_spheres = 0;
+    f->n_faces = f->n_spheres = f->n_loose = f->n_boxes = 0;
     for (uint32_t i = 0; i < s->n_instances; i++) {
         const struct instance *instance = &v->state.instances[i];
         const struct group *g = &s->groups[instance->group];
@@ -150,13 +225,15 @@ void few_init(struct few *f, const struct view *v)
         for (uint32_t j = 0; j < g->n_shapes; j++) {
             const struct owner o = {i, j, &v->instances[i].shapes[j], &v->instances[i]};
             if (add_shape(f, &o)) continue;
-            f->n_faces = f->n_spheres = 0;
+            f->n_faces = f->n_spheres = f->n_loose = f->n_boxes = 0;
             return;
         }
     }
+    if (!pack(f)) f->n_faces = f->n_spheres = f->n_loose = f->n_boxes = 0;
 }
 
-void few_hit(const struct few *f, int32_t index, float t, float x, float y, struct hit *hit)
+void few_hit(const struct few *f, int32_t index, struct vec3 o, struct vec3 d, float t,
+             struct hit *hit)
 {
     hit->t = t;
     if (index < 0) {
@@ -169,6 +246,8 @@ void few_hit(const struct few *f, int32_t index, float t, float x, float y, stru
         return;
     }
     const struct few_face *face = &f->faces[index];
+    struct vec3 at = vec3_madd(vec3_sub(o, face->p), d, t);
+    const float x = vec3_dot(face->to_x, at), y = vec3_dot(face->to_y, at);
     bool is_beyond = x + y > 1.0f;
     const float weights[2][3] = {{1.0f - x - y, x, y}, {x + y - 1.0f, 1.0f - y, 1.0f - x}};
     const uint8_t *corner = face->corner[is_beyond];

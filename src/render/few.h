@@ -8,14 +8,20 @@ struct view;
 
 /*
  * Scenes of few primitives: asking each of them is quicker in vector code than walking a tree. They
- * lie in world space, for one configuration: parallelograms (two triangles in one), triangles,
- * disks and spheres. stream.c casts its rays into them; the plain loop always asks Embree.
+ * lie in world space, for one configuration: boxes (six parallelograms in one), parallelograms (two
+ * triangles in one), triangles, disks and spheres. stream.c casts its rays into them; the plain
+ * loop always asks Embree.
  */
-enum { FEW_FACES = 32, FEW_SPHERES = 8 };
+enum {
+    FEW_LOOSE = 32, /* faces that are no part of a box */
+    FEW_BOXES = 8,
+    FEW_FACES = FEW_LOOSE + 6 * FEW_BOXES,
+    FEW_SPHERES = 8
+};
 
 /* A point of its plane is p + x e0 + y e1. */
 struct few_face {
-    struct vec3 p, n;         /* n: of any length */
+    struct vec3 p, e0, e1, n; /* n: of any length */
     struct vec3 to_x, to_y;   /* x and y by dot products with what is left of p */
     float most;               /* x + y in a triangle: 1; in a parallelogram: 2 */
     float most2;              /* x^2 + y^2 in a disk: 1; in others: 2 */
@@ -27,6 +33,12 @@ struct few_face {
                                  1 - x) are the hit's u and v */
 };
 
+/* Inside is where to_local[k] . (x - center) is in [-1, 1] for all k. */
+struct few_box {
+    struct vec3 center, to_local[3];
+    int32_t face[3][2]; /* at -1 and at 1 */
+};
+
 struct few_sphere {
     double center[3], radius;
     uint32_t instance, shape;
@@ -34,7 +46,9 @@ struct few_sphere {
 
 struct few {
     uint32_t n_faces, n_spheres; /* both 0: too many primitives, or of other kinds */
+    uint32_t n_loose, n_boxes;   /* the first faces; boxes of all others */
     struct few_face faces[FEW_FACES];
+    struct few_box boxes[FEW_BOXES];
     struct few_sphere spheres[FEW_SPHERES];
 };
 
@@ -46,7 +60,9 @@ static inline bool few_is_used(const struct few *f)
     return f->n_faces + f->n_spheres > 0;
 }
 
-/* What was hit at t: face `index` at (x, y), or sphere index - n_faces; below 0: nothing. */
-void few_hit(const struct few *f, int32_t index, float t, float x, float y, struct hit *hit);
+/* What the ray from o along d has hit at t: face `index`, or sphere index - n_faces; below 0:
+ * nothing. */
+void few_hit(const struct few *f, int32_t index, struct vec3 o, struct vec3 d, float t,
+             struct hit *hit);
 
 #endif

@@ -44,28 +44,65 @@ LANE float sphere_lane(const struct lanes3 *o, const struct lanes3 *d, uint32_t 
     return is_met ? (float)t : INFINITY;
 }
 
-/* The nearest primitive for each ray, and where. */
+/* Where a ray goes into a box and out of it, and by which faces. */
+struct passage {
+    float in, out;
+    int32_t in_face, out_face;
+};
+
+LANE struct passage pass_lane(const struct lanes3 *o, const struct lanes3 *d, uint32_t i,
+                              const struct few_box *b)
+{
+    struct vec3 from = vec3_sub(lanes3_get(o, i), b->center), along = lanes3_get(d, i);
+    struct passage p = {-INFINITY, INFINITY, 0, 0};
+    for (int k = 0; k < 3; k++) {
+        /* Along a pair of faces these are infinite: of one sign outside of them, of two between. */
+        float q = vec3_dot(b->to_local[k], from), inverse = 1.0f / vec3_dot(b->to_local[k], along);
+        float low = (-1.0f - q) * inverse, high = (1.0f - q) * inverse;
+        float in = min_float(low, high), out = max_float(low, high);
+        bool is_forward = inverse >= 0.0f, is_later = in > p.in, is_sooner = out < p.out;
+        int32_t first = is_forward ? b->face[k][0] : b->face[k][1];
+        int32_t second = is_forward ? b->face[k][1] : b->face[k][0];
+        p.in = is_later ? in : p.in;
+        p.out = is_sooner ? out : p.out;
+        p.in_face = is_later ? first : p.in_face;
+        p.out_face = is_sooner ? second : p.out_face;
+    }
+    return p;
+}
+
+/* The nearest primitive for each ray. */
 KERNEL few_cast(struct stream *s, const struct few *few)
 {
-    float best[STREAM_SIZE], x[STREAM_SIZE], y[STREAM_SIZE];
+    float best[STREAM_SIZE];
     int32_t index[STREAM_SIZE];
     uint32_t n = s->n;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) {
         best[i] = s->t_max[i];
-        x[i] = y[i] = 0.0f;
         index[i] = -1;
     }
-    for (uint32_t k = 0; k < few->n_faces; k++) {
+    for (uint32_t k = 0; k < few->n_loose; k++) {
         const struct few_face f = few->faces[k];
 #pragma omp simd
         for (uint32_t i = 0; i < n; i++) {
             struct crossing c = cross_lane(&s->o, &s->d, i, &f);
             bool is_best = is_inside(c, &f) & (c.t >= 0.0f) & (c.t < best[i]);
             best[i] = choose(is_best, c.t, best[i]);
-            x[i] = choose(is_best, c.x, x[i]);
-            y[i] = choose(is_best, c.y, y[i]);
             index[i] = is_best ? (int32_t)k : index[i];
+        }
+    }
+    for (uint32_t k = 0; k < few->n_boxes; k++) {
+        const struct few_box f = few->boxes[k];
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) {
+            struct passage p = pass_lane(&s->o, &s->d, i, &f);
+            bool is_outside = p.in >= 0.0f;
+            float t = choose(is_outside, p.in, p.out);
+            int32_t face = is_outside ? p.in_face : p.out_face;
+            bool is_best = (p.in <= p.out) & (t >= 0.0f) & (t < best[i]);
+            best[i] = choose(is_best, t, best[i]);
+            index[i] = is_best ? face : index[i];
         }
     }
     for (uint32_t k = 0; k < few->n_spheres; k++) {
@@ -79,7 +116,8 @@ KERNEL few_cast(struct stream *s, const struct few *few)
         }
     }
     for (uint32_t i = 0; i < n; i++)
-        if (s->is_alive[i]) few_hit(few, index[i], best[i], x[i], y[i], &s->hit[i]);
+        if (s->is_alive[i])
+            few_hit(few, index[i], lanes3_get(&s->o, i), lanes3_get(&s->d, i), best[i], &s->hit[i]);
 }
 
 /* Whether shadow rays are free. */
@@ -88,7 +126,17 @@ KERNEL few_shade(struct stream *s, const struct few *few, uint32_t *is_free)
     uint32_t n = s->n;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) is_free[i] = s->is_connected[i];
-    for (uint32_t k = 0; k < few->n_faces; k++) {
+    for (uint32_t k = 0; k < few->n_boxes; k++) {
+        const struct few_box f = few->boxes[k];
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) {
+            struct passage p = pass_lane(&s->shadow_o, &s->shadow_d, i, &f);
+            float t = choose(p.in >= 0.0f, p.in, p.out);
+            bool is_met = (p.in <= p.out) & (t >= 0.0f) & (t < s->shadow_t_max[i]);
+            is_free[i] = is_met ? 0 : is_free[i];
+        }
+    }
+    for (uint32_t k = 0; k < few->n_loose; k++) {
         const struct few_face f = few->faces[k];
 #pragma omp simd
         for (uint32_t i = 0; i < n; i++) {

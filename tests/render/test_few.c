@@ -55,6 +55,7 @@ static void fill(struct stream *s, struct rng *r)
             p[k] = vec3(6.0f * x - 3.0f, 6.0f * y - 3.0f, 6.0f * z - 3.0f);
         }
         struct vec3 d = vec3_normalize(vec3_sub(p[1], p[0]));
+        if (i % 16 == 0) d = vec3(0.0f, i % 32 ? 1.0f : -1.0f, 0.0f); /* along sides */
         s->is_alive[i] = s->is_connected[i] = true;
         lanes3_set(&s->o, i, p[0]);
         lanes3_set(&s->d, i, d);
@@ -89,6 +90,8 @@ static void hits_are_embree_s(void **state)
     uint32_t n_wrong = 0, n_hit = 0, n_dark = 0;
     assert_true(few_is_used(&v->few));
     assert_int_equal(v->few.n_faces, 6 + 1 + 1); /* a cube's sides are parallelograms */
+    assert_int_equal(v->few.n_boxes, 1);
+    assert_int_equal(v->few.n_loose, 2);
     assert_int_equal(v->few.n_spheres, 1);
     for (int k = 0; k < N_STREAMS; k++) {
         fill(&s, &r);
@@ -138,8 +141,9 @@ static void others_are_not_few(void **state)
     (void)state;
     static const char *const texts[] = {
         TEXT_SENSOR "<shape type='cylinder'/>",
-        TEXT_SENSOR "<shape type='cube'/><shape type='cube'/><shape type='cube'/>"
-                    "<shape type='cube'/><shape type='cube'/><shape type='cube'/>",
+        TEXT_SENSOR "<shape type='sphere'/><shape type='sphere'/><shape type='sphere'/>"
+                    "<shape type='sphere'/><shape type='sphere'/><shape type='sphere'/>"
+                    "<shape type='sphere'/><shape type='sphere'/><shape type='sphere'/>",
     };
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         struct made m = make(texts[i]);

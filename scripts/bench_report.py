@@ -63,11 +63,13 @@ def ours(folder):
         lines += table(("what", "s", "GFLOP/s", "share of peak"), rows)
     if trace:
         lines += ["## Path tracing", "", f"`lumenaut bench trace --runs {trace['runs']}`; change: from "
-                  "new values of all variables to being ready to trace", ""]
+                  "new values of all variables to being ready to trace; rays: the share of time that finding "
+                  "what they meet takes (Embree, or our own code in scenes of few primitives)", ""]
         rows = [(scene_name(r["file"]), f"{r['size'][0]}x{r['size'][1]}", r["spp"], r["max_depth"],
-                 r["triangles"], f"{r['paths_per_s'] / 1e6:.2f}", f"{r['load_s']:.2f}",
+                 r["triangles"], f"{r['paths_per_s'] / 1e6:.2f}",
+                 f"{100 * r['ray_share']:.0f} %", f"{r['load_s']:.2f}",
                  f"{r['build_s']:.2f}", f"{1e3 * r['change_s']:.3f}") for r in trace["results"]]
-        lines += table(("scene", "size", "spp", "depth", "triangles", "Mpaths/s", "load s", "build s",
+        lines += table(("scene", "size", "spp", "depth", "triangles", "Mpaths/s", "rays", "load s", "build s",
                         "change ms"), rows)
     if buffers:
         lines += ["## First-hit buffers", "", f"`lumenaut bench buffers --runs {buffers['runs']}`", ""]

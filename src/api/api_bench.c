@@ -80,13 +80,36 @@ static lmn_status time_pictures(lmn_context *context, const lmn_scene *scene,
     return status;
 }
 
+/* The share of time that finding what rays meet takes, in a picture of its own. */
+static lmn_status time_rays(lmn_context *context, const lmn_scene *scene,
+                            const lmn_trace_options *o, double *share, struct error *err)
+{
+    const struct window w = {o->width, o->height, 0, 0, o->width, o->height};
+    struct trace_clock clock = {0};
+    struct trace_output out = {.clock = &clock};
+    struct trace_settings t;
+    trace_settings_init(&t, scene->scene);
+    t.splats = true;
+    t.sampler = SAMPLER_SOBOL;
+    t.spp = o->spp;
+    if (o->has_max_depth) t.max_depth = o->max_depth;
+    if (o->has_rr_depth) t.rr_depth = o->rr_depth;
+    out.color = mem_new((size_t)o->width * o->height, 3 * sizeof *out.color);
+    if (!out.color) return fail_memory(err, "the picture");
+    lmn_status status = view_trace_parallel(scene->cache->view, context->pool, &t, &w, &out, NULL,
+                                            NULL, err);
+    mem_free(out.color);
+    *share = clock.all ? (double)clock.rays / (double)clock.all : 0.0;
+    return status;
+}
+
 static lmn_status bench_scene(lmn_context *context, const struct bench_options *o, uint32_t index,
                               double *times, struct json *j, struct error *err)
 {
     lmn_status status = LMN_OK;
     lmn_scene *scene = NULL;
     lmn_scene_info info;
-    double change_s = 0.0;
+    double change_s = 0.0, ray_share = 0.0;
     const double start_s = clock_wall_s();
     TRY(lmn_scene_load(context, o->files[index], NULL, &scene));
     const double load_s = clock_wall_s() - start_s;
@@ -105,6 +128,7 @@ static lmn_status bench_scene(lmn_context *context, const struct bench_options *
                                  .integrator = "path"};
     TRY(time_pictures(context, scene, &t, o->runs, times, index * (o->runs + 1.0),
                       o->n_files * (o->runs + 1.0), err));
+    TRY(time_rays(context, scene, &t, &ray_share, err));
     const double render_s = bench_median(times, o->runs);
     json_begin_object(j, NULL);
     json_put_string(j, "file", o->files[index]);
@@ -123,6 +147,7 @@ static lmn_status bench_scene(lmn_context *context, const struct bench_options *
     json_put_number(j, "render_min_s", times[0]);
     json_put_number(j, "render_max_s", times[o->runs - 1]);
     json_put_number(j, "paths_per_s", (double)t.width * t.height * t.spp / render_s);
+    json_put_number(j, "ray_share", ray_share);
     json_end(j);
 done:
     lmn_scene_free(scene);

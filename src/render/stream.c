@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/cpu.h"
 #include "render/chain.h"
 #include "render/light.h"
@@ -103,7 +104,7 @@ static uint32_t next_packet(const struct stream *s, const uint32_t *flags, uint3
     return n;
 }
 
-void stream_cast(struct stream *s, const struct view *v, bool is_first)
+static void cast(struct stream *s, const struct view *v, bool is_first)
 {
     if (few_is_used(&v->few)) {
         v->world->kernels->few_cast(s, &v->few);
@@ -114,6 +115,13 @@ void stream_cast(struct stream *s, const struct view *v, bool is_first)
         uint32_t lanes[STREAM_PACKET], n = next_packet(s, s->is_alive, &first, lanes);
         accel_intersect_packet(v->top, &rays, lanes, n, is_first, s->hit);
     }
+}
+
+void stream_cast(struct stream *s, const struct view *v, bool is_first)
+{
+    const uint64_t start = clock_ticks();
+    cast(s, v, is_first);
+    s->ray_ticks += clock_ticks() - start;
 }
 
 static void cast_shadows(struct stream *s, const struct view *v)
@@ -131,10 +139,12 @@ static void cast_shadows(struct stream *s, const struct view *v)
 /* Adds the light samples that nothing hides. */
 static void add_lights(struct stream *s, const struct view *v)
 {
+    const uint64_t start = clock_ticks();
     if (few_is_used(&v->few))
         v->world->kernels->few_shade(s, &v->few, s->is_free);
     else
         cast_shadows(s, v);
+    s->ray_ticks += clock_ticks() - start;
     for (uint32_t i = 0; i < s->n; i++)
         if (s->is_connected[i] && s->is_free[i])
             add_radiance(s, i, v->lights[s->light_index[i]].emitter, false,

@@ -57,7 +57,8 @@ static inline enum microfacet_kind facet_list_kind(enum facet_list list)
 }
 
 struct stream {
-    uint32_t n; /* lanes in use; those of dead paths compute nothing that matters */
+    uint64_t ray_ticks; /* sums up what casting takes */
+    uint32_t n;         /* lanes in use; those of dead paths compute nothing that matters */
     uint32_t is_alive[STREAM_SIZE];
 
     /* Where a path starts: the centre of its pixel in the full picture. */

@@ -2,6 +2,7 @@
 #include <string.h>
 #include <xmmintrin.h>
 
+#include "base/clock.h"
 #include "base/mem.h"
 #include "base/pool.h"
 #include "render/buffers.h"
@@ -219,7 +220,9 @@ static void trace_tile(const struct job *j, struct tile *tile)
         buffers_trace(j->view, &j->settings, &j->film, &buffers);
         return;
     }
+    const uint64_t start = clock_ticks();
     stream.n = 0;
+    stream.ray_ticks = 0;
     stream.groups = j->out.groups;
     stream.group_of = j->out.group_of;
     stream.chain_group = j->out.groups ? j->out.chain_group : 0;
@@ -237,6 +240,9 @@ static void trace_tile(const struct job *j, struct tile *tile)
         }
     }
     flush(j, tile, &stream, &origins);
+    if (!j->out.clock) return;
+    j->out.clock->rays += stream.ray_ticks;
+    j->out.clock->all += clock_ticks() - start;
 }
 
 /* ---- Tiles of a window ----------------------------------------------------------------------- */

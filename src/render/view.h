@@ -92,6 +92,11 @@ enum chain_channel {
 };
 extern const char *const chain_channel_names[CHAIN_CHANNELS];
 
+/* Where the time of light paths goes: ticks of clock_ticks(), of all threads together. */
+struct trace_clock {
+    _Atomic uint64_t rays, all; /* finding what rays meet; everything */
+};
+
 /* Where results go; row-major over the window. Any pointer may be NULL: that part is not computed
  * (with color, half_a and half_b all NULL no light path is traced: buffers only). */
 struct trace_output {
@@ -107,6 +112,7 @@ struct trace_output {
     /* What is seen along delta chains alone (chain.h) goes to group_of[] + chain_group instead: 0
      * where it stays with the rest. */
     uint32_t chain_group;
+    struct trace_clock *clock; /* NULL, or what to add to */
 };
 
 /* Traces a window on the calling thread. The picture is a function of (state, settings, pixel). */

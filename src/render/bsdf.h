@@ -34,6 +34,7 @@ struct material {
     float internal_reflection; /* plastic: diffuse Fresnel reflectance from inside */
     struct coat *coat;         /* rough plastic */
     bool has_uv;               /* some texture varies */
+    uint32_t picture;          /* the first texture that is a bitmap; SCENE_NONE: none */
     bool has_direction;        /* the shading frame must follow dp/du: anisotropy, normal maps */
     bool has_attributes;       /* mesh attributes: struct bsdf_place needs `mesh` */
     bool has_tangents;         /* bump maps: struct bsdf_place needs dp/du and dp/dv */

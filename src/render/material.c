@@ -67,9 +67,10 @@ static void find_needs(struct material *m, const struct bsdf *bsdfs, uint32_t in
     int n_textures = b->kind == BSDF_PRINCIPLED ? BSDF_TEXTURES : BSDF_TEXTURES - PRINCIPLED_SLOTS;
     for (int i = 0; i < n_textures; i++)
         if (varies(textures, bsdf_texture(b, i))) {
+            const enum texture_kind kind = textures->textures[bsdf_texture(b, i)].kind;
             m->has_uv = true;
-            if (textures->textures[bsdf_texture(b, i)].kind == TEXTURE_MESH_ATTRIBUTE)
-                m->has_attributes = true;
+            if (kind == TEXTURE_MESH_ATTRIBUTE) m->has_attributes = true;
+            if (kind == TEXTURE_BITMAP && m->picture == SCENE_NONE) m->picture = bsdf_texture(b, i);
         }
     if (is_anisotropic(b, textures) || b->kind == BSDF_NORMALMAP) m->has_direction = true;
     if (b->kind == BSDF_BUMPMAP) m->has_tangents = true;
@@ -144,7 +145,10 @@ void material_init(struct material *materials, const struct bsdf *bsdfs, uint32_
     for (uint32_t i = 0; i < n_bsdfs; i++) {
         const struct bsdf *b = &bsdfs[i];
         struct material *m = &materials[i];
-        *m = (struct material){.bsdf = b, .lobes = lobes_of(bsdfs, i, 0), .texture = SCENE_NONE};
+        *m = (struct material){.bsdf = b,
+                               .lobes = lobes_of(bsdfs, i, 0),
+                               .picture = SCENE_NONE,
+                               .texture = SCENE_NONE};
         find_needs(m, bsdfs, i, textures, 0);
         find_plain(m, bsdfs, textures);
         if (b->kind == BSDF_PLASTIC)

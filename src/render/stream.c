@@ -193,6 +193,8 @@ static enum arrival fetch(struct stream *s, const struct view *v, uint32_t i)
     s->bsdf_is_twosided[i] = m->is_plain && m->is_twosided;
     s->texture_u[i] = surface.u;
     s->texture_v[i] = surface.v;
+    if (m->picture != SCENE_NONE)
+        texture_prefetch(&v->textures, &v->textures.textures[m->picture], surface.u, surface.v);
     if (m->is_plain) {
         s->bsdf_is_smooth[i] = true;
         bool shines = surface.shape->emitter != SCENE_NONE;
@@ -200,7 +202,6 @@ static enum arrival fetch(struct stream *s, const struct view *v, uint32_t i)
             lanes3_set(&s->reflectance, i, m->reflectance);
             return shines ? ARRIVAL_SPECIAL : ARRIVAL_DONE;
         }
-        texture_prefetch(&v->textures, &v->textures.textures[m->texture], surface.u, surface.v);
         return shines ? ARRIVAL_SPECIAL : ARRIVAL_TEXTURED;
     }
     /* Tangents wait in lanes that are used later. */

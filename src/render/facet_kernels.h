@@ -5,7 +5,8 @@
 #include "render/facets.h"
 
 struct facet_block {
-    uint32_t n;
+    uint32_t n, n_filled; /* the last vector is filled: the rest of a loop would go lane by lane */
+    uint32_t lane[STREAM_SIZE]; /* of the stream */
     float alpha_u[STREAM_SIZE], alpha_v[STREAM_SIZE];
     struct lanes3 wi, wo, specular, value;
     float pdf[STREAM_SIZE];
@@ -22,8 +23,9 @@ struct facet_block {
 static void facets_gather(struct facet_block *b, const struct stream *s, enum facet_list list)
 {
     b->n = s->n_facets[list];
-    for (uint32_t k = 0; k < b->n; k++) {
-        const uint32_t i = s->facets[list][k];
+    b->n_filled = (b->n + STREAM_VECTOR - 1) / STREAM_VECTOR * STREAM_VECTOR;
+    for (uint32_t k = 0; k < b->n_filled; k++) {
+        const uint32_t i = b->lane[k] = s->facets[list][k < b->n ? k : 0];
         const struct bsdf_point *p = s->bsdf[i];
         const float side = p->is_mirrored ? -1.0f : 1.0f;
         struct vec3 wi = lanes3_get(&s->wi, i);
@@ -48,9 +50,8 @@ static void facets_gather(struct facet_block *b, const struct stream *s, enum fa
 static void facets_let_out(struct facet_block *b, const struct stream *s, enum facet_list list)
 {
     if (!facet_list_is_plastic(list)) return;
-    for (uint32_t k = 0; k < b->n; k++)
-        b->t_o[k] = coat_transmittance(&s->bsdf[s->facets[list][k]]->coat,
-                                       max_float(b->wo.z[k], 0.0f));
+    for (uint32_t k = 0; k < b->n_filled; k++)
+        b->t_o[k] = coat_transmittance(&s->bsdf[b->lane[k]]->coat, max_float(b->wo.z[k], 0.0f));
 }
 
 LANE void facets_eval_lane(struct facet_block *b, uint32_t k, enum facet_list list)
@@ -93,7 +94,7 @@ LANE void facets_sample_lane(struct facet_block *b, uint32_t k, enum facet_list 
 /* A loop of vectors for each list. */
 #define FACET_LOOP(b, lane)                                              \
     do {                                                                 \
-        const uint32_t n_lanes = (b)->n;                                 \
+        const uint32_t n_lanes = (b)->n_filled;                          \
         _Pragma("omp simd") for (uint32_t k = 0; k < n_lanes; k++) lane; \
     } while (0)
 
@@ -126,8 +127,8 @@ static void facets_eval(struct stream *s)
         struct facet_block b;
         if (s->n_facets[list] == 0) continue;
         facets_gather(&b, s, list);
-        for (uint32_t k = 0; k < b.n; k++) {
-            const uint32_t i = s->facets[list][k];
+        for (uint32_t k = 0; k < b.n_filled; k++) {
+            const uint32_t i = b.lane[k];
             const float side = s->bsdf[i]->is_mirrored ? -1.0f : 1.0f;
             struct vec3 wo = lanes3_get(&s->light_wo, i);
             lanes3_set(&b.wo, k, vec3(wo.x, wo.y, wo.z * side));
@@ -135,7 +136,7 @@ static void facets_eval(struct stream *s)
         facets_let_out(&b, s, list);
         facets_eval_block(&b, list);
         for (uint32_t k = 0; k < b.n; k++) {
-            const uint32_t i = s->facets[list][k];
+            const uint32_t i = b.lane[k];
             bool is_lit = b.wi.z[k] > 0.0f && b.wo.z[k] > 0.0f;
             lanes3_set(&s->value, i, is_lit ? lanes3_get(&b.value, k) : vec3_splat(0.0f));
             s->value_pdf[i] = is_lit ? b.pdf[k] : 0.0f;
@@ -150,8 +151,8 @@ static void facets_sample(struct stream *s)
         struct facet_block b;
         if (s->n_facets[list] == 0) continue;
         facets_gather(&b, s, list);
-        for (uint32_t k = 0; k < b.n; k++) {
-            const uint32_t i = s->facets[list][k];
+        for (uint32_t k = 0; k < b.n_filled; k++) {
+            const uint32_t i = b.lane[k];
             b.u1[k] = s->u[4][i];
             b.u2[k] = s->u[2][i];
             b.v2[k] = s->u[3][i];
@@ -162,7 +163,7 @@ static void facets_sample(struct stream *s)
             facets_eval_block(&b, list);
         }
         for (uint32_t k = 0; k < b.n; k++) {
-            const uint32_t i = s->facets[list][k];
+            const uint32_t i = b.lane[k];
             const float side = s->bsdf[i]->is_mirrored ? -1.0f : 1.0f, pdf = b.pdf[k];
             struct vec3 wo = lanes3_get(&b.wo, k), weight = lanes3_get(&b.value, k);
             bool is_finite = vec3_is_finite(wo); /* not of absurd values, or from below */

@@ -454,7 +454,8 @@ static void connect(struct stream *s, const struct view *v, const struct trace_s
 
 /* ---- Going on -------------------------------------------------------------------------------- */
 
-/* Moves the paths that are alive together, in order, when a good part of the lanes is dead. */
+/* Moves the paths that are alive together, in order, when a good part of the lanes is dead. Dead
+ * ones fill the last vector: the rest of a loop would go lane by lane. */
 static void compact(struct stream *s)
 {
     uint32_t n = 0, n_alive = 0;
@@ -481,7 +482,8 @@ static void compact(struct stream *s)
         s->rng_state[k] = s->rng_state[i];
         s->rng_stream[k] = s->rng_stream[i];
     }
-    s->n = n;
+    s->n = (n + STREAM_VECTOR - 1) / STREAM_VECTOR * STREAM_VECTOR;
+    for (uint32_t i = n; i < s->n; i++) s->is_alive[i] = false;
 }
 
 static void scatter(struct stream *s, const struct view *v, const struct trace_settings *t,

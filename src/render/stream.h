@@ -18,8 +18,10 @@
  * of many triangles. A packet holds samples of one pixel only: what Embree finds can depend on a
  * packet's other rays in the last bit, so this keeps a pixel's bytes the same in whatever window it
  * is traced, if the same samples of it always share a stream.
+ *
+ * STREAM_VECTOR: lanes of the longest vectors.
  */
-enum { STREAM_SIZE = 128, STREAM_PACKET = 16 };
+enum { STREAM_SIZE = 128, STREAM_PACKET = 16, STREAM_VECTOR = 16 };
 
 struct lanes3 {
     float x[STREAM_SIZE], y[STREAM_SIZE], z[STREAM_SIZE];

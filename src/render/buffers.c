@@ -379,13 +379,14 @@ static size_t pixel_place(const struct buffers_tile *tile, uint32_t pixel)
 }
 
 void buffers_add_stream(const struct view *v, const struct trace_settings *t,
-                        const struct stream_film *film, const struct stream *s,
+                        const struct stream_film *film, struct stream *s,
                         const struct buffers_tile *tile, const uint32_t *samples,
                         const uint32_t *pixels)
 {
     struct first_hits f;
     uint32_t lanes[STREAM_SIZE] = {0};
     f.n = s->n;
+    stream_find_hits(s, v);
     memcpy(&f.o, &s->o, sizeof f.o);
     memcpy(&f.d, &s->d, sizeof f.d);
     memcpy(f.t_max, s->t_max, sizeof f.t_max);

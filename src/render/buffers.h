@@ -75,7 +75,7 @@ void buffers_trace(const struct view *v, const struct trace_settings *t,
 /* The same from a stream whose primary rays are cast; lane i has sample number samples[i] of the
  * tile's pixel pixels[i], of which number 0 comes first. */
 void buffers_add_stream(const struct view *v, const struct trace_settings *t,
-                        const struct stream_film *film, const struct stream *s,
+                        const struct stream_film *film, struct stream *s,
                         const struct buffers_tile *tile, const uint32_t *samples,
                         const uint32_t *pixels);
 

@@ -232,6 +232,55 @@ void few_init(struct few *f, const struct view *v)
     if (!pack(f)) f->n_faces = f->n_spheres = f->n_loose = f->n_boxes = 0;
 }
 
+/* The shading normal of a mesh's face in the group's space, before flipping; false where it is not
+ * the same at all corners. */
+static bool shading_of(struct vec3 *n, const struct world_shape *shape, const struct few_face *f)
+{
+    *n = f->ng;
+    if (!shape->normals) return true;
+    for (int i = 0; i < 2; i++) {
+        const uint32_t *at = shape->indices + 3 * (size_t)f->triangle[i];
+        for (int k = 0; k < 3; k++) {
+            struct vec3 here = vec3_load(shape->normals + 3 * (size_t)at[k]);
+            if (i == 0 && k == 0) *n = here;
+            struct vec3 off = vec3_sub(here, *n);
+            if (!(vec3_dot(off, off) <= 1e-12f * vec3_dot(*n, *n))) return false;
+        }
+    }
+    return true;
+}
+
+static void few_set(struct few_vectors *to, uint32_t i, struct vec3 v)
+{
+    to->x[i] = v.x;
+    to->y[i] = v.y;
+    to->z[i] = v.z;
+}
+
+void few_look_init(struct few *f, const struct view *v)
+{
+    struct few_look *look = &f->look;
+    memset(look->is_even, 0, sizeof look->is_even);
+    for (uint32_t i = 0; i < f->n_faces; i++) {
+        const struct few_face *face = &f->faces[i];
+        const struct view_instance *in = &v->instances[face->instance];
+        const struct world_shape *shape = &in->shapes[face->shape];
+        const struct material *m = &v->materials[v->state.shape_bsdfs[shape->index]];
+        struct vec3 n = face->ng, shading;
+        if (shape->kind != SHAPE_MESH || !shading_of(&shading, shape, face)) continue;
+        if (!m->is_plain || m->texture != SCENE_NONE || shape->emitter != SCENE_NONE) continue;
+        if (!in->is_identity) {
+            n = transform_normal(in->to_world, n);
+            shading = transform_normal(in->to_world, shading);
+        }
+        look->is_even[i] = true;
+        look->is_twosided[i] = m->is_twosided;
+        few_set(&look->reflectance, i, m->reflectance);
+        few_set(&look->normal, i, shape->is_flipped ? vec3_neg(n) : n);
+        few_set(&look->shading, i, shape->is_flipped ? vec3_neg(shading) : shading);
+    }
+}
+
 void few_hit(const struct few *f, int32_t index, struct vec3 o, struct vec3 d, float t,
              struct hit *hit)
 {

@@ -16,7 +16,8 @@ enum {
     FEW_LOOSE = 32, /* faces that are no part of a box */
     FEW_BOXES = 8,
     FEW_FACES = FEW_LOOSE + 6 * FEW_BOXES,
-    FEW_SPHERES = 8
+    FEW_SPHERES = 8,
+    FEW_ALL = FEW_FACES + FEW_SPHERES
 };
 
 /* A point of its plane is p + x e0 + y e1. */
@@ -44,16 +45,31 @@ struct few_sphere {
     uint32_t instance, shape;
 };
 
+struct few_vectors {
+    float x[FEW_ALL], y[FEW_ALL], z[FEW_ALL];
+};
+
+/* What rays find, by number of face: most faces are plain (bsdf.h), do not shine, and have one
+ * colour and one normal all over. Vector code needs no more of these; others are not even. */
+struct few_look {
+    int32_t is_even[FEW_ALL], is_twosided[FEW_ALL];
+    struct few_vectors reflectance, normal, shading; /* normals as of surface_fetch() */
+};
+
 struct few {
     uint32_t n_faces, n_spheres; /* both 0: too many primitives, or of other kinds */
     uint32_t n_loose, n_boxes;   /* the first faces; boxes of all others */
     struct few_face faces[FEW_FACES];
     struct few_box boxes[FEW_BOXES];
     struct few_sphere spheres[FEW_SPHERES];
+    struct few_look look;
 };
 
 /* Looks whether the view's primitives are few. */
 void few_init(struct few *f, const struct view *v);
+
+/* Fills in `look`, by the view's materials. */
+void few_look_init(struct few *f, const struct view *v);
 
 static inline bool few_is_used(const struct few *f)
 {

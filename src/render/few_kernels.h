@@ -74,8 +74,8 @@ LANE struct passage pass_lane(const struct lanes3 *o, const struct lanes3 *d, ui
 /* The nearest primitive for each ray. */
 KERNEL few_cast(struct stream *s, const struct few *few)
 {
-    float best[STREAM_SIZE];
-    int32_t index[STREAM_SIZE];
+    float *best = s->t;
+    int32_t *index = s->face;
     uint32_t n = s->n;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) {
@@ -115,9 +115,28 @@ KERNEL few_cast(struct stream *s, const struct few *few)
             best[i] = min_float(t, best[i]);
         }
     }
-    for (uint32_t i = 0; i < n; i++)
-        if (s->is_alive[i])
-            few_hit(few, index[i], lanes3_get(&s->o, i), lanes3_get(&s->d, i), best[i], &s->hit[i]);
+}
+
+LANE struct vec3 few_get(const struct few_vectors *a, int32_t i)
+{
+    return vec3(a->x[i], a->y[i], a->z[i]);
+}
+
+/* What rays find on faces that are even. */
+KERNEL few_arrive(struct stream *s, const struct few *few)
+{
+    const struct few_look *look = &few->look;
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) {
+        int32_t face = s->face[i] < 0 ? 0 : s->face[i];
+        lanes3_set(&s->p, i, vec3_madd(lanes3_get(&s->o, i), lanes3_get(&s->d, i), s->t[i]));
+        lanes3_set(&s->normal, i, few_get(&look->normal, face));
+        lanes3_set(&s->frame_n, i, few_get(&look->shading, face));
+        lanes3_set(&s->reflectance, i, few_get(&look->reflectance, face));
+        s->bsdf_is_twosided[i] = (uint32_t)look->is_twosided[face];
+        s->bsdf_is_smooth[i] = true;
+    }
 }
 
 /* Whether shadow rays are free. */

@@ -124,6 +124,19 @@ void stream_cast(struct stream *s, const struct view *v, bool is_first)
     s->ray_ticks += clock_ticks() - start;
 }
 
+static void find_hit(struct stream *s, const struct view *v, uint32_t i)
+{
+    if (few_is_used(&v->few))
+        few_hit(&v->few, s->face[i], lanes3_get(&s->o, i), lanes3_get(&s->d, i), s->t[i],
+                &s->hit[i]);
+}
+
+void stream_find_hits(struct stream *s, const struct view *v)
+{
+    for (uint32_t i = 0; i < s->n; i++)
+        if (s->is_alive[i]) find_hit(s, v, i);
+}
+
 static void cast_shadows(struct stream *s, const struct view *v)
 {
     const struct lanes3 *o = &s->shadow_o, *d = &s->shadow_d;
@@ -136,6 +149,20 @@ static void cast_shadows(struct stream *s, const struct view *v)
     }
 }
 
+/* Whether light arrives is a matter of chance: branches would not be foreseen. */
+static void add_free_lights(struct stream *s)
+{
+    for (uint32_t i = 0; i < s->n; i++) {
+        bool is_free = s->is_connected[i] & s->is_free[i];
+        struct vec3 light = lanes3_get(&s->light, i);
+        light.x = is_free ? light.x : 0.0f;
+        light.y = is_free ? light.y : 0.0f;
+        light.z = is_free ? light.z : 0.0f;
+        uint32_t path = s->path[i];
+        lanes3_set(&s->radiance, path, vec3_add(lanes3_get(&s->radiance, path), light));
+    }
+}
+
 /* Adds the light samples that nothing hides. */
 static void add_lights(struct stream *s, const struct view *v)
 {
@@ -145,6 +172,10 @@ static void add_lights(struct stream *s, const struct view *v)
     else
         cast_shadows(s, v);
     s->ray_ticks += clock_ticks() - start;
+    if (!s->groups) {
+        add_free_lights(s);
+        return;
+    }
     for (uint32_t i = 0; i < s->n; i++)
         if (s->is_connected[i] && s->is_free[i])
             add_radiance(s, i, v->lights[s->light_index[i]].emitter, false,
@@ -343,7 +374,6 @@ static void prefetch(const struct stream *s, const struct view *v)
     const uint32_t *corners[STREAM_SIZE];
     const struct world_shape *shapes[STREAM_SIZE];
     uint32_t n = 0;
-    if (few_is_used(&v->few)) return;
     for (uint32_t i = 0; i < s->n; i++) {
         const struct hit *hit = &s->hit[i];
         if (!s->is_alive[i] || hit->shape == SCENE_NONE) continue;
@@ -372,16 +402,22 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
     bool has_photons = t->photons[0] != NULL;
     uint32_t n_alive = 0, n_special = 0, special[STREAM_SIZE];
     uint32_t n_textured = 0, textured[STREAM_SIZE];
+    const bool is_few = few_is_used(&v->few);
     s->n_scalar = 0;
     memset(s->n_facets, 0, sizeof s->n_facets);
-    prefetch(s, v);
+    if (is_few)
+        v->world->kernels->few_arrive(s, &v->few);
+    else
+        prefetch(s, v);
     for (uint32_t i = 0; i < s->n; i++) {
         if (!s->is_alive[i]) continue;
-        if (s->hit[i].shape == SCENE_NONE) {
+        if (is_few ? s->face[i] < 0 : s->hit[i].shape == SCENE_NONE) {
             miss(s, v, t, i, shows_emitters);
             continue;
         }
         n_alive++;
+        if (is_few && v->few.look.is_even[s->face[i]] && !has_photons) continue;
+        find_hit(s, v, i);
         enum arrival arrival = fetch(s, v, i);
         if (arrival == ARRIVAL_SPECIAL || (has_photons && arrival == ARRIVAL_DONE))
             special[n_special++] = i;

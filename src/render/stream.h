@@ -82,7 +82,10 @@ struct stream {
     uint32_t seed[STREAM_SIZE], index[STREAM_SIZE];           /* of the sampler: sobol */
     uint64_t rng_state[STREAM_SIZE], rng_stream[STREAM_SIZE]; /* independent */
 
-    /* Where the ray has arrived: a surface as in struct surface. */
+    /* Where the ray has arrived: a surface as in struct surface. In scenes of few primitives t and
+     * face say what it has hit, as few_hit() reads it, and hit follows for those who ask. */
+    float t[STREAM_SIZE];
+    int32_t face[STREAM_SIZE];
     struct hit hit[STREAM_SIZE];
     const struct world_shape *shape[STREAM_SIZE];
     struct lanes3 p, normal, frame_s, frame_t, frame_n, wi;
@@ -179,8 +182,10 @@ struct stream_kernels {
      * directions and depth. */
     void (*look_at)(struct first_hits *f, const struct stream_film *film);
     void (*describe)(struct first_hits *f);
-    /* Rays into few primitives: s->hit of living lanes; which of the connected are free. */
+    /* Rays into few primitives: t and face; the surface and colour of what is even (struct
+     * few_look), at any length as for surface(); which of the connected are free. */
     void (*few_cast)(struct stream *s, const struct few *few);
+    void (*few_arrive)(struct stream *s, const struct few *few);
     void (*few_shade)(struct stream *s, const struct few *few, uint32_t *is_free);
 };
 
@@ -198,8 +203,12 @@ void stream_add(struct stream *s, const struct stream_film *f, uint32_t x, uint3
 /* Makes the primary rays of what was added. */
 void stream_start(struct stream *s, const struct view *v, const struct stream_film *f);
 
-/* Casts all rays: fills in s->hit. is_first: primary rays, whose packets go about together. */
+/* Casts all rays: stream_find_hits() can then fill in s->hit. is_first: primary rays, whose packets
+ * go about together. */
 void stream_cast(struct stream *s, const struct view *v, bool is_first);
+
+/* Fills in s->hit of living lanes. */
+void stream_find_hits(struct stream *s, const struct view *v);
 
 /* Follows all paths from the hits of their primary rays to their ends: s->radiance. */
 void stream_trace(struct stream *s, const struct view *v, const struct trace_settings *t);

@@ -426,5 +426,6 @@ const struct stream_kernels STREAM_KERNELS = {
     .facets_eval = facets_eval,
     .facets_sample = facets_sample,
     .few_cast = few_cast,
+    .few_arrive = few_arrive,
     .few_shade = few_shade,
 };

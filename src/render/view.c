@@ -230,5 +230,6 @@ void view_refresh(struct view *v, bool is_first)
     light_guide_init(&v->guide, v);
     light_table_init(&v->table, v, has_moved);
     material_init(v->materials, v->state.bsdfs, s->n_bsdfs, &v->textures, v->coats, v->ready);
+    few_look_init(&v->few, v);
     buffers_init_looks(v->looks, v->materials, s->n_bsdfs, &v->textures);
 }

@@ -176,28 +176,131 @@ static bool box_of(struct few_box *b, const struct few_face *faces, int32_t firs
            vec3_is_finite(b->to_local[2]);
 }
 
-/* Finds boxes among the faces and puts the loose ones first. */
+/* The axis along which `e` runs alone; 3: none. */
+static int axis_of(struct vec3 e)
+{
+    if (e.y == 0.0f && e.z == 0.0f) return 0;
+    if (e.x == 0.0f && e.z == 0.0f) return 1;
+    return e.x == 0.0f && e.y == 0.0f ? 2 : 3;
+}
+
+static float component(struct vec3 v, int axis)
+{
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+/* The axis that a rectangle along the axes stands across; 3: it is none. */
+static int wall_axis(const struct few_face *f)
+{
+    int a = axis_of(f->e0), b = axis_of(f->e1);
+    bool is_one = f->most == 2.0f && f->most2 == 2.0f && a < 3 && b < 3 && a != b;
+    return is_one ? 3 - a - b : 3;
+}
+
+static struct few_wall wall_of(const struct few_face *f, int axis)
+{
+    struct few_wall w = {.at = component(f->p, axis), .shades = f->shades};
+    for (int k = 0; k < 2; k++) {
+        int along = (axis + 1 + k) % 3;
+        float a = component(f->p, along);
+        float b = component(vec3_add(vec3_add(f->p, f->e0), f->e1), along);
+        w.low[k] = min_float(a, b);
+        w.high[k] = max_float(a, b);
+    }
+    return w;
+}
+
+/* Finds boxes and walls among the faces, and puts the others first, then walls by axis. */
 static bool pack(struct few *f)
 {
+    enum { LOOSE = 3, BOXED };
     struct few_face faces[FEW_FACES];
+    int kind[FEW_FACES];
     const uint32_t n = f->n_faces;
-    bool is_boxed[FEW_FACES] = {false};
     memcpy(faces, f->faces, n * sizeof *faces);
+    for (uint32_t i = 0; i < n; i++) kind[i] = wall_axis(&faces[i]);
     for (uint32_t i = 0; i + 6 <= n && f->n_boxes < FEW_BOXES; i++) {
         const struct few_face *a = &faces[i], *b = &faces[i + 5];
         if (a->shape != b->shape || a->instance != b->instance) continue;
         if (!box_of(&f->boxes[f->n_boxes], a, 0)) continue;
-        for (uint32_t k = 0; k < 6; k++) is_boxed[i + k] = true;
+        for (uint32_t k = 0; k < 6; k++) kind[i + k] = BOXED;
         f->n_boxes++;
         i += 5;
     }
-    f->n_loose = n - 6 * f->n_boxes;
-    uint32_t loose = 0, boxed = f->n_loose;
-    for (uint32_t i = 0; i < n; i++) f->faces[is_boxed[i] ? boxed++ : loose++] = faces[i];
+    if (n - 6 * f->n_boxes > FEW_LOOSE) return false;
+    f->n_faces = 0;
+    for (uint32_t i = 0; i < n; i++)
+        if (kind[i] == LOOSE) f->faces[f->n_faces++] = faces[i];
+    f->n_loose = f->n_faces;
+    for (int axis = 0; axis < 3; axis++) {
+        f->first_wall[axis] = f->n_faces - f->n_loose;
+        for (uint32_t i = 0; i < n; i++) {
+            if (kind[i] != axis) continue;
+            f->walls[f->n_faces - f->n_loose] = wall_of(&faces[i], axis);
+            f->faces[f->n_faces++] = faces[i];
+        }
+    }
+    f->first_wall[3] = f->n_faces - f->n_loose;
     for (uint32_t k = 0; k < f->n_boxes; k++)
-        for (int a = 0; a < 6; a++) f->boxes[k].face[a / 2][a % 2] += (int32_t)(f->n_loose + 6 * k);
-    return f->n_loose <= FEW_LOOSE;
+        for (int a = 0; a < 6; a++) f->boxes[k].face[a / 2][a % 2] += (int32_t)(f->n_faces + 6 * k);
+    for (uint32_t i = 0; i < n; i++)
+        if (kind[i] == BOXED) f->faces[f->n_faces++] = faces[i];
+    return true;
 }
+
+/* ---- Faces at the outside -------------------------------------------------------------------- */
+
+/* How far primitives reach along the normal of a face from its plane, times that normal. */
+struct reach {
+    float low, high;
+};
+
+static void reach_to(struct reach *r, const struct few_face *plane, struct vec3 p, float margin)
+{
+    float along = vec3_dot(plane->n, vec3_sub(p, plane->p));
+    r->low = min_float(r->low, along - margin);
+    r->high = max_float(r->high, along + margin);
+}
+
+/* Whether everything lies on one side of the plane. */
+static bool is_outside(const struct few *f, const struct few_face *plane)
+{
+    struct reach r = {0, 0};
+    float length = vec3_length(plane->n);
+    for (uint32_t i = 0; i < f->n_faces; i++) {
+        const struct few_face *face = &f->faces[i];
+        struct vec3 e0 = face->e0, e1 = face->e1;
+        struct vec3 from = face->least < 0.0f ? vec3_sub(vec3_sub(face->p, e0), e1) : face->p;
+        if (face->least < 0.0f) {
+            e0 = vec3_scale(e0, 2.0f);
+            e1 = vec3_scale(e1, 2.0f);
+        }
+        reach_to(&r, plane, from, 0.0f);
+        reach_to(&r, plane, vec3_add(from, e0), 0.0f);
+        reach_to(&r, plane, vec3_add(from, e1), 0.0f);
+        if (face->most == 2.0f) reach_to(&r, plane, vec3_add(vec3_add(from, e0), e1), 0.0f);
+    }
+    for (uint32_t i = 0; i < f->n_spheres; i++) {
+        const struct few_sphere *s = &f->spheres[i];
+        struct vec3 c = vec3((float)s->center[0], (float)s->center[1], (float)s->center[2]);
+        reach_to(&r, plane, c, length * (float)s->radius);
+    }
+    const float least = 1e-6f * (r.high - r.low);
+    return r.low >= -least || r.high <= least;
+}
+
+/* Between a point of the scene and a light that is one of its primitives nothing is met at the
+ * outside. Other lights shine from anywhere. */
+static void find_shades(struct few *f, const struct view *v)
+{
+    bool is_closed = v->world->scene->n_emitters > 0;
+    for (uint32_t i = 0; i < v->world->scene->n_emitters; i++)
+        is_closed = is_closed && emitter_is_surface(v->state.emitters[i].kind);
+    for (uint32_t i = 0; i < f->n_faces; i++)
+        f->faces[i].shades = !is_closed || !is_outside(f, &f->faces[i]);
+}
+
+/* ---------------------------------------------------------------------------------------------- */
 
 static bool add_shape(struct few *f, const struct owner *o)
 {
@@ -214,10 +317,15 @@ static bool add_shape(struct few *f, const struct owner *o)
     return false;
 }
 
+static void clear(struct few *f)
+{
+    f->n_faces = f->n_spheres = f->n_loose = f->n_boxes = 0;
+}
+
 void few_init(struct few *f, const struct view *v)
 {
     const struct scene *s = v->world->scene;
-    f->n_faces = f->n_spheres = f->n_loose = f->n_boxes = 0;
+    clear(f);
     for (uint32_t i = 0; i < s->n_instances; i++) {
         const struct instance *instance = &v->state.instances[i];
         const struct group *g = &s->groups[instance->group];
@@ -225,11 +333,12 @@ void few_init(struct few *f, const struct view *v)
         for (uint32_t j = 0; j < g->n_shapes; j++) {
             const struct owner o = {i, j, &v->instances[i].shapes[j], &v->instances[i]};
             if (add_shape(f, &o)) continue;
-            f->n_faces = f->n_spheres = f->n_loose = f->n_boxes = 0;
+            clear(f);
             return;
         }
     }
-    if (!pack(f)) f->n_faces = f->n_spheres = f->n_loose = f->n_boxes = 0;
+    find_shades(f, v);
+    if (!pack(f)) clear(f);
 }
 
 /* The shading normal of a mesh's face in the group's space, before flipping; false where it is not

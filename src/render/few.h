@@ -8,12 +8,12 @@ struct view;
 
 /*
  * Scenes of few primitives: asking each of them is quicker in vector code than walking a tree. They
- * lie in world space, for one configuration: boxes (six parallelograms in one), parallelograms (two
- * triangles in one), triangles, disks and spheres. stream.c casts its rays into them; the plain
- * loop always asks Embree.
+ * lie in world space, for one configuration: boxes (six parallelograms in one), walls (rectangles
+ * along the axes), parallelograms (two triangles in one), triangles, disks and spheres. stream.c
+ * casts its rays into them; the plain loop always asks Embree.
  */
 enum {
-    FEW_LOOSE = 32, /* faces that are no part of a box */
+    FEW_LOOSE = 32, /* faces that are no part of a box: walls and others */
     FEW_BOXES = 8,
     FEW_FACES = FEW_LOOSE + 6 * FEW_BOXES,
     FEW_SPHERES = 8,
@@ -29,9 +29,16 @@ struct few_face {
     float least;              /* x, y in a disk: -1; in others: 0 */
     struct vec3 ng;           /* as in struct hit */
     uint32_t instance, shape; /* as in struct hit */
+    bool shades;              /* false: nothing lies beyond it that could lose light by it */
     uint32_t triangle[2];     /* where x + y <= 1, and beyond */
     uint8_t corner[2][2];     /* which of the weights 1 - x - y, x, y (beyond: x + y - 1, 1 - y,
                                  1 - x) are the hit's u and v */
+};
+
+/* x[axis] = at, between `low` and `high` along the next two axes. */
+struct few_wall {
+    float at, low[2], high[2];
+    bool shades;
 };
 
 /* Inside is where to_local[k] . (x - center) is in [-1, 1] for all k. */
@@ -58,8 +65,10 @@ struct few_look {
 
 struct few {
     uint32_t n_faces, n_spheres; /* both 0: too many primitives, or of other kinds */
-    uint32_t n_loose, n_boxes;   /* the first faces; boxes of all others */
+    uint32_t n_loose, n_boxes;   /* the first faces; boxes of the last ones */
+    uint32_t first_wall[4];      /* those between are walls, by axis: faces[n_loose + wall] */
     struct few_face faces[FEW_FACES];
+    struct few_wall walls[FEW_LOOSE];
     struct few_box boxes[FEW_BOXES];
     struct few_sphere spheres[FEW_SPHERES];
     struct few_look look;

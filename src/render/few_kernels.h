@@ -24,6 +24,57 @@ LANE bool is_inside(struct crossing c, const struct few_face *f)
            (c.x + c.y <= f->most) & (c.x * c.x + c.y * c.y <= f->most2);
 }
 
+/* Where rays meet a wall across axis a; b and c are the next two. Infinite or no number for rays
+ * along it, which miss it. */
+LANE struct crossing wall_lane(const float *const o[3], const float *const d[3], uint32_t i,
+                               int axis, float at)
+{
+    int b = (axis + 1) % 3, c = (axis + 2) % 3;
+    float t = (at - o[axis][i]) / d[axis][i];
+    return (struct crossing){t, o[b][i] + t * d[b][i], o[c][i] + t * d[c][i]};
+}
+
+LANE bool is_on(struct crossing c, const struct few_wall *w)
+{
+    return (c.x >= w->low[0]) & (c.x <= w->high[0]) & (c.y >= w->low[1]) & (c.y <= w->high[1]);
+}
+
+LANE void cast_at_walls(const struct stream *s, const struct few *few, int axis, float *best,
+                        int32_t *index)
+{
+    const float *const o[3] = {s->o.x, s->o.y, s->o.z}, *const d[3] = {s->d.x, s->d.y, s->d.z};
+    uint32_t n = s->n;
+    for (uint32_t k = few->first_wall[axis]; k < few->first_wall[axis + 1]; k++) {
+        const struct few_wall w = few->walls[k];
+        int32_t number = (int32_t)(few->n_loose + k);
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) {
+            struct crossing c = wall_lane(o, d, i, axis, w.at);
+            bool is_best = is_on(c, &w) & (c.t >= 0.0f) & (c.t < best[i]);
+            best[i] = choose(is_best, c.t, best[i]);
+            index[i] = is_best ? number : index[i];
+        }
+    }
+}
+
+LANE void shade_by_walls(const struct stream *s, const struct few *few, int axis, uint32_t *is_free)
+{
+    const struct lanes3 *from = &s->shadow_o, *along = &s->shadow_d;
+    const float *const o[3] = {from->x, from->y, from->z};
+    const float *const d[3] = {along->x, along->y, along->z};
+    uint32_t n = s->n;
+    for (uint32_t k = few->first_wall[axis]; k < few->first_wall[axis + 1]; k++) {
+        const struct few_wall w = few->walls[k];
+        if (!w.shades) continue;
+#pragma omp simd
+        for (uint32_t i = 0; i < n; i++) {
+            struct crossing c = wall_lane(o, d, i, axis, w.at);
+            bool is_met = is_on(c, &w) & (c.t >= 0.0f) & (c.t <= s->shadow_t_max[i]);
+            is_free[i] = is_met ? 0 : is_free[i];
+        }
+    }
+}
+
 /* Where the ray first meets the sphere beyond 0; INFINITY where it does not. In double, and from
  * the point of the ray closest to the centre, as quadric.c: far and large spheres stay exact, and
  * so do paths through glass. */
@@ -92,6 +143,9 @@ KERNEL few_cast(struct stream *s, const struct few *few)
             index[i] = is_best ? (int32_t)k : index[i];
         }
     }
+    cast_at_walls(s, few, 0, best, index);
+    cast_at_walls(s, few, 1, best, index);
+    cast_at_walls(s, few, 2, best, index);
     for (uint32_t k = 0; k < few->n_boxes; k++) {
         const struct few_box f = few->boxes[k];
 #pragma omp simd
@@ -155,8 +209,12 @@ KERNEL few_shade(struct stream *s, const struct few *few, uint32_t *is_free)
             is_free[i] = is_met ? 0 : is_free[i];
         }
     }
+    shade_by_walls(s, few, 0, is_free);
+    shade_by_walls(s, few, 1, is_free);
+    shade_by_walls(s, few, 2, is_free);
     for (uint32_t k = 0; k < few->n_loose; k++) {
         const struct few_face f = few->faces[k];
+        if (!f.shades) continue;
 #pragma omp simd
         for (uint32_t i = 0; i < n; i++) {
             struct crossing c = cross_lane(&s->shadow_o, &s->shadow_d, i, &f);

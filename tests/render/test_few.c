@@ -21,6 +21,17 @@ static const char box_and_ball[] = TEXT_SENSOR
     "<shape type='rectangle'><boolean name='flip_normals' value='true'/>"
     "<transform name='to_world'><scale value='3'/><translate z='-2'/></transform></shape>";
 
+/* A floor that turns, a wall, a ball and a lamp before the wall. */
+static const char room[] = TEXT_SENSOR
+    "<shape type='rectangle'><transform name='to_world'><scale value='3'/>"
+    "<rotate x='1' angle='-70'/></transform></shape>"
+    "<shape type='rectangle'><transform name='to_world'><scale value='3'/>"
+    "<translate z='-4'/></transform></shape>"
+    "<shape type='sphere'><point name='center' y='1.5' z='-2.6'/></shape>"
+    "<shape type='rectangle'><transform name='to_world'><scale value='.6'/>"
+    "<translate x='1.2' y='1.5' z='-1.5'/></transform>"
+    "<emitter type='area'><rgb name='radiance' value='1'/></emitter></shape>";
+
 struct made {
     struct scene *scene;
     struct world *world;
@@ -91,7 +102,8 @@ static void hits_are_embree_s(void **state)
     assert_true(few_is_used(&v->few));
     assert_int_equal(v->few.n_faces, 6 + 1 + 1); /* a cube's sides are parallelograms */
     assert_int_equal(v->few.n_boxes, 1);
-    assert_int_equal(v->few.n_loose, 2);
+    assert_int_equal(v->few.n_loose, 1);
+    assert_int_equal(v->few.first_wall[3], 1);
     assert_int_equal(v->few.n_spheres, 1);
     for (int k = 0; k < N_STREAMS; k++) {
         fill(&s, &r);
@@ -115,6 +127,46 @@ static void hits_are_embree_s(void **state)
     assert_true(n_hit > N_STREAMS * STREAM_SIZE / 4 && n_dark > N_STREAMS * STREAM_SIZE / 4);
     /* Rays on an edge may fall on either side of it. */
     if (n_wrong > 3) fail_msg("%u of %u rays differ", n_wrong, N_STREAMS * STREAM_SIZE);
+    release(&m);
+}
+
+/* What is at the outside hides no light that is inside. */
+static void outside_faces_are_skipped(void **state)
+{
+    (void)state;
+    static struct stream s;
+    struct made m = make(room);
+    const struct few *few = &m.view->few;
+    struct rng r = rng_keyed(8, 9, 10);
+    uint32_t n_wrong = 0, n_lit = 0, n_dark = 0;
+    /* The wall hides nothing; the floor, which the wall passes through, and the lamp may. */
+    assert_int_equal(few->n_loose, 1);
+    assert_true(few->faces[0].shades);
+    assert_int_equal(few->first_wall[3], 2);
+    for (int k = 0; k < 2; k++) assert_int_equal(few->walls[k].shades, few->walls[k].at == -1.5f);
+    for (int k = 0; k < N_STREAMS; k++) {
+        s.n = STREAM_SIZE;
+        for (uint32_t i = 0; i < s.n; i++) { /* from the wall to the lamp's plane */
+            float u[4];
+            for (int c = 0; c < 4; c++) u[c] = 2.0f * rng_float(&r) - 1.0f;
+            struct vec3 p = vec3(3.0f * u[0], 3.0f * u[1], -4.0f);
+            struct vec3 d = vec3_sub(vec3(1.2f + u[2], 1.5f + u[3], -1.5f), p);
+            lanes3_set(&s.shadow_o, i, vec3_madd(p, d, 1e-4f));
+            lanes3_set(&s.shadow_d, i, d);
+            s.shadow_t_max[i] = 0.999f;
+            s.is_connected[i] = 1;
+        }
+        m.world->kernels->few_shade(&s, few, s.is_free);
+        for (uint32_t i = 0; i < s.n; i++) {
+            struct ray ray = {lanes3_get(&s.shadow_o, i), 0.0f, lanes3_get(&s.shadow_d, i), 0.999f};
+            bool is_free = !accel_occluded(m.view->top, &ray);
+            n_lit += is_free;
+            n_dark += !is_free;
+            n_wrong += is_free != (s.is_free[i] != 0);
+        }
+    }
+    assert_true(n_lit > 1000 && n_dark > 1000);
+    if (n_wrong > 1) fail_msg("%u of %u rays differ", n_wrong, n_lit + n_dark);
     release(&m);
 }
 
@@ -157,6 +209,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(hits_are_embree_s),
+        cmocka_unit_test(outside_faces_are_skipped),
         cmocka_unit_test(sets_agree),
         cmocka_unit_test(others_are_not_few),
     };

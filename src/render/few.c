@@ -341,22 +341,22 @@ void few_init(struct few *f, const struct view *v)
     if (!pack(f)) clear(f);
 }
 
-/* The shading normal of a mesh's face in the group's space, before flipping; false where it is not
- * the same at all corners. */
-static bool shading_of(struct vec3 *n, const struct world_shape *shape, const struct few_face *f)
+/* Whether shading normals are those of the face, but for rounding: 1; opposite to it: -1; else 0.
+ */
+static int shading_side(const struct world_shape *shape, const struct few_face *f)
 {
-    *n = f->ng;
-    if (!shape->normals) return true;
-    for (int i = 0; i < 2; i++) {
-        const uint32_t *at = shape->indices + 3 * (size_t)f->triangle[i];
-        for (int k = 0; k < 3; k++) {
-            struct vec3 here = vec3_load(shape->normals + 3 * (size_t)at[k]);
-            if (i == 0 && k == 0) *n = here;
-            struct vec3 off = vec3_sub(here, *n);
-            if (!(vec3_dot(off, off) <= 1e-12f * vec3_dot(*n, *n))) return false;
-        }
+    int side = 0;
+    if (!shape->normals) return 1;
+    for (int i = 0; i < 6; i++) {
+        const uint32_t *at = shape->indices + 3 * (size_t)f->triangle[i / 3];
+        struct vec3 n = vec3_load(shape->normals + 3 * (size_t)at[i % 3]);
+        struct vec3 ng = vec3_normalize(f->ng), here = vec3_normalize(n);
+        int sign = vec3_dot(ng, here) < 0.0f ? -1 : 1;
+        struct vec3 off = vec3_madd(here, ng, -(float)sign);
+        if (!(vec3_dot(off, off) < 1e-10f) || sign == -side) return 0;
+        side = sign;
     }
-    return true;
+    return side;
 }
 
 static void few_set(struct few_vectors *to, uint32_t i, struct vec3 v)
@@ -369,24 +369,20 @@ static void few_set(struct few_vectors *to, uint32_t i, struct vec3 v)
 void few_look_init(struct few *f, const struct view *v)
 {
     struct few_look *look = &f->look;
-    memset(look->is_even, 0, sizeof look->is_even);
+    memset(look->flags, 0, sizeof look->flags);
     for (uint32_t i = 0; i < f->n_faces; i++) {
         const struct few_face *face = &f->faces[i];
         const struct view_instance *in = &v->instances[face->instance];
         const struct world_shape *shape = &in->shapes[face->shape];
         const struct material *m = &v->materials[v->state.shape_bsdfs[shape->index]];
-        struct vec3 n = face->ng, shading;
-        if (shape->kind != SHAPE_MESH || !shading_of(&shading, shape, face)) continue;
         if (!m->is_plain || m->texture != SCENE_NONE || shape->emitter != SCENE_NONE) continue;
-        if (!in->is_identity) {
-            n = transform_normal(in->to_world, n);
-            shading = transform_normal(in->to_world, shading);
-        }
-        look->is_even[i] = true;
-        look->is_twosided[i] = m->is_twosided;
-        few_set(&look->reflectance, i, m->reflectance);
+        int side = shape->kind == SHAPE_MESH ? shading_side(shape, face) : 0;
+        if (side == 0) continue;
+        struct vec3 n = in->is_identity ? face->ng : transform_normal(in->to_world, face->ng);
         few_set(&look->normal, i, shape->is_flipped ? vec3_neg(n) : n);
-        few_set(&look->shading, i, shape->is_flipped ? vec3_neg(shading) : shading);
+        few_set(&look->reflectance, i, m->reflectance);
+        look->flags[i] = FEW_EVEN | (m->is_twosided ? FEW_TWOSIDED : 0) |
+                         (side < 0 ? FEW_OPPOSITE : 0);
     }
 }
 

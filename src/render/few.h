@@ -56,11 +56,13 @@ struct few_vectors {
     float x[FEW_ALL], y[FEW_ALL], z[FEW_ALL];
 };
 
-/* What rays find, by number of face: most faces are plain (bsdf.h), do not shine, and have one
- * colour and one normal all over. Vector code needs no more of these; others are not even. */
+/* What rays find, by number of face. Most faces are plain (bsdf.h), do not shine, and have one
+ * colour and one normal all over: vector code needs no more of these. Others are not even. */
+enum few_flag { FEW_EVEN = 1, FEW_TWOSIDED = 2, FEW_OPPOSITE = 4 /* shading normals */ };
+
 struct few_look {
-    int32_t is_even[FEW_ALL], is_twosided[FEW_ALL];
-    struct few_vectors reflectance, normal, shading; /* normals as of surface_fetch() */
+    int32_t flags[FEW_ALL];
+    struct few_vectors reflectance, normal; /* outwards, of any length */
 };
 
 struct few {

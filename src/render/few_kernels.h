@@ -177,19 +177,24 @@ LANE struct vec3 few_get(const struct few_vectors *a, int32_t i)
 }
 
 /* What rays find on faces that are even. */
-KERNEL few_arrive(struct stream *s, const struct few *few)
+KERNEL few_arrive(struct stream *s, const struct few *few, bool is_surrounded)
 {
     const struct few_look *look = &few->look;
     uint32_t n = s->n;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) {
-        int32_t face = s->face[i] < 0 ? 0 : s->face[i];
+        bool is_hit = s->face[i] >= 0;
+        int32_t face = is_hit ? s->face[i] : 0, flags = look->flags[face];
+        struct vec3 normal = few_get(&look->normal, face);
+        float side = choose((flags & FEW_OPPOSITE) != 0, -1.0f, 1.0f);
         lanes3_set(&s->p, i, vec3_madd(lanes3_get(&s->o, i), lanes3_get(&s->d, i), s->t[i]));
-        lanes3_set(&s->normal, i, few_get(&look->normal, face));
-        lanes3_set(&s->frame_n, i, few_get(&look->shading, face));
+        lanes3_set(&s->normal, i, normal);
+        lanes3_set(&s->frame_n, i, vec3_scale(normal, side));
         lanes3_set(&s->reflectance, i, few_get(&look->reflectance, face));
-        s->bsdf_is_twosided[i] = (uint32_t)look->is_twosided[face];
+        s->bsdf_is_twosided[i] = (flags & FEW_TWOSIDED) != 0;
         s->bsdf_is_smooth[i] = true;
+        s->is_alive[i] &= is_hit | is_surrounded;
+        s->is_special[i] = s->is_alive[i] & !(is_hit & ((flags & FEW_EVEN) != 0));
     }
 }
 

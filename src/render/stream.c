@@ -149,20 +149,6 @@ static void cast_shadows(struct stream *s, const struct view *v)
     }
 }
 
-/* Whether light arrives is a matter of chance: branches would not be foreseen. */
-static void add_free_lights(struct stream *s)
-{
-    for (uint32_t i = 0; i < s->n; i++) {
-        bool is_free = s->is_connected[i] & s->is_free[i];
-        struct vec3 light = lanes3_get(&s->light, i);
-        light.x = is_free ? light.x : 0.0f;
-        light.y = is_free ? light.y : 0.0f;
-        light.z = is_free ? light.z : 0.0f;
-        uint32_t path = s->path[i];
-        lanes3_set(&s->radiance, path, vec3_add(lanes3_get(&s->radiance, path), light));
-    }
-}
-
 /* Adds the light samples that nothing hides. */
 static void add_lights(struct stream *s, const struct view *v)
 {
@@ -173,7 +159,7 @@ static void add_lights(struct stream *s, const struct view *v)
         cast_shadows(s, v);
     s->ray_ticks += clock_ticks() - start;
     if (!s->groups) {
-        add_free_lights(s);
+        v->world->kernels->add_lights(s);
         return;
     }
     for (uint32_t i = 0; i < s->n; i++)
@@ -400,23 +386,31 @@ static bool arrive(struct stream *s, const struct view *v, const struct trace_se
     bool shows_emitters = depth > 0 || !t->hide_emitters;
     bool is_last = t->max_depth >= 0 && depth + 1 >= t->max_depth;
     bool has_photons = t->photons[0] != NULL;
-    uint32_t n_alive = 0, n_special = 0, special[STREAM_SIZE];
+    uint32_t n_alive = 0, n_lanes = 0, lanes[STREAM_SIZE], n_special = 0, special[STREAM_SIZE];
     uint32_t n_textured = 0, textured[STREAM_SIZE];
     const bool is_few = few_is_used(&v->few);
+    const uint32_t *takes_part = s->is_alive;
     s->n_scalar = 0;
     memset(s->n_facets, 0, sizeof s->n_facets);
-    if (is_few)
-        v->world->kernels->few_arrive(s, &v->few);
-    else
+    if (is_few) {
+        bool is_surrounded = v->first_environment < v->n_lights;
+        v->world->kernels->few_arrive(s, &v->few, is_surrounded);
+        if (!has_photons) takes_part = s->is_special;
+    } else {
         prefetch(s, v);
+    }
     for (uint32_t i = 0; i < s->n; i++) {
-        if (!s->is_alive[i]) continue;
+        lanes[n_lanes] = i;
+        n_lanes += takes_part[i];
+        n_alive += s->is_alive[i];
+    }
+    for (uint32_t k = 0; k < n_lanes; k++) {
+        uint32_t i = lanes[k];
         if (is_few ? s->face[i] < 0 : s->hit[i].shape == SCENE_NONE) {
+            n_alive--;
             miss(s, v, t, i, shows_emitters);
             continue;
         }
-        n_alive++;
-        if (is_few && v->few.look.is_even[s->face[i]] && !has_photons) continue;
         find_hit(s, v, i);
         enum arrival arrival = fetch(s, v, i);
         if (arrival == ARRIVAL_SPECIAL || (has_photons && arrival == ARRIVAL_DONE))
@@ -467,12 +461,11 @@ static void connect(struct stream *s, const struct view *v, const struct trace_s
 {
     const struct stream_kernels *kernels = v->world->kernels;
     if (v->n_lights == 0) return;
-    for (uint32_t i = 0; i < s->n; i++) {
-        s->has_light[i] = s->is_alive[i] && s->bsdf_is_smooth[i];
-        if (t->photons[0] && s->is_caster[i] && (s->met[i] & PATH_RECEIVER))
-            s->has_light[i] = false;
-        if (s->has_light[i] && v->table.n == 0) sample_light(s, v, i);
-    }
+    for (uint32_t i = 0; i < s->n; i++) s->has_light[i] = s->is_alive[i] & s->bsdf_is_smooth[i];
+    for (uint32_t i = 0; t->photons[0] && i < s->n; i++)
+        if (s->is_caster[i] && (s->met[i] & PATH_RECEIVER)) s->has_light[i] = false;
+    for (uint32_t i = 0; v->table.n == 0 && i < s->n; i++)
+        if (s->has_light[i]) sample_light(s, v, i);
     if (v->table.n > 0) kernels->light(s, &v->guide, &v->table);
     kernels->eval(s);
     kernels->facets_eval(s);

@@ -86,6 +86,7 @@ struct stream {
      * face say what it has hit, as few_hit() reads it, and hit follows for those who ask. */
     float t[STREAM_SIZE];
     int32_t face[STREAM_SIZE];
+    uint32_t is_special[STREAM_SIZE]; /* alive, and no even face */
     struct hit hit[STREAM_SIZE];
     const struct world_shape *shape[STREAM_SIZE];
     struct lanes3 p, normal, frame_s, frame_t, frame_n, wi;
@@ -176,16 +177,19 @@ struct stream_kernels {
     /* The next rays; paths whose throughput is zero, or that lose at roulette, die. The chance to
      * survive is at least `least_survival`: 1 where roulette is not yet played. */
     void (*scatter)(struct stream *s, float least_survival);
+    /* Adds light samples that are connected and free. */
+    void (*add_lights)(struct stream *s);
     /* Paths whose ray misses all boxes die. */
     void (*aim)(struct stream *s, const struct bounds *boxes, uint32_t n_boxes);
     /* Buffers (buffers.h): primary rays of a pinhole, but at the picture's border; then normals,
      * directions and depth. */
     void (*look_at)(struct first_hits *f, const struct stream_film *film);
     void (*describe)(struct first_hits *f);
-    /* Rays into few primitives: t and face; the surface and colour of what is even (struct
-     * few_look), at any length as for surface(); which of the connected are free. */
+    /* Rays into few primitives: t and face; what they find where faces are even (struct
+     * few_look), for surface(), and is_special; which of the connected are free. Paths that hit
+     * nothing die if nothing surrounds the scene. */
     void (*few_cast)(struct stream *s, const struct few *few);
-    void (*few_arrive)(struct stream *s, const struct few *few);
+    void (*few_arrive)(struct stream *s, const struct few *few, bool is_surrounded);
     void (*few_shade)(struct stream *s, const struct few *few, uint32_t *is_free);
 };
 

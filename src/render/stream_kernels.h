@@ -327,6 +327,23 @@ KERNEL connect(struct stream *s, enum mis_kind mis, bool saves_rays)
     if (saves_rays) save_rays(s);
 }
 
+/* What is hidden becomes zero: whether light arrives is a matter of chance, and a branch for it
+ * would seldom be foreseen. */
+KERNEL add_lights(struct stream *s)
+{
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) {
+        bool is_hidden = (s->is_connected[i] & s->is_free[i]) == 0;
+        lanes3_choose(&s->light, i, is_hidden, vec3_splat(0.0f));
+    }
+    for (uint32_t i = 0; i < n; i++) {
+        uint32_t path = s->path[i];
+        struct vec3 sum = vec3_add(lanes3_get(&s->radiance, path), lanes3_get(&s->light, i));
+        lanes3_set(&s->radiance, path, sum);
+    }
+}
+
 LANE void sample_lane(struct stream *s, uint32_t i)
 {
     float side = s->bsdf_side[i];
@@ -418,6 +435,7 @@ const struct stream_kernels STREAM_KERNELS = {
     .light = light,
     .eval = eval,
     .connect = connect,
+    .add_lights = add_lights,
     .sample = sample,
     .scatter = scatter,
     .aim = aim,

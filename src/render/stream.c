@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/stream.h"
 
-#include <string.h>
-
 #include "base/clock.h"
 #include "base/cpu.h"
 #include "render/chain.h"
 #include "render/light.h"
 #include "render/photon.h"
+#include "render/stream_arrive.h"
 
 const struct stream_kernels *stream_kernels_for(uint32_t cpu)
 {
@@ -67,26 +66,7 @@ void stream_start(struct stream *s, const struct view *v, const struct stream_fi
         look_one_by_one(s, f);
 }
 
-/* Adds light that comes from `emitter`; is_seen: the path itself has met it. */
-static void add_radiance(struct stream *s, uint32_t i, uint32_t emitter, bool is_seen,
-                         struct vec3 value)
-{
-    uint32_t path = s->path[i];
-    lanes3_set(&s->radiance, path, vec3_add(lanes3_get(&s->radiance, path), value));
-    if (!s->groups || !vec3_is_finite(value)) return;
-    uint32_t group = s->group_of[emitter] + (is_seen && s->is_chain[i] ? s->chain_group : 0);
-    float *to = s->groups + group * s->group_stride + s->place[path];
-    to[0] += value.x;
-    to[1] += value.y;
-    to[2] += value.z;
-}
-
 /* ---- Rays ------------------------------------------------------------------------------------ */
-
-static struct ray lane_ray(const struct stream *s, uint32_t i)
-{
-    return (struct ray){lanes3_get(&s->o, i), 0.0f, lanes3_get(&s->d, i), s->t_max[i]};
-}
 
 /* The next lanes from *first on that have their flag set and are samples of one pixel: at most
  * STREAM_PACKET. *first becomes the lane to go on from. */
@@ -124,19 +104,6 @@ void stream_cast(struct stream *s, const struct view *v, bool is_first)
     s->ray_ticks += clock_ticks() - start;
 }
 
-static void find_hit(struct stream *s, const struct view *v, uint32_t i)
-{
-    if (few_is_used(&v->few))
-        few_hit(&v->few, s->face[i], lanes3_get(&s->o, i), lanes3_get(&s->d, i), s->t[i],
-                &s->hit[i]);
-}
-
-void stream_find_hits(struct stream *s, const struct view *v)
-{
-    for (uint32_t i = 0; i < s->n; i++)
-        if (s->is_alive[i]) find_hit(s, v, i);
-}
-
 static void cast_shadows(struct stream *s, const struct view *v)
 {
     const struct lanes3 *o = &s->shadow_o, *d = &s->shadow_d;
@@ -164,280 +131,8 @@ static void add_lights(struct stream *s, const struct view *v)
     }
     for (uint32_t i = 0; i < s->n; i++)
         if (s->is_connected[i] && s->is_free[i])
-            add_radiance(s, i, v->lights[s->light_index[i]].emitter, false,
-                         lanes3_get(&s->light, i));
-}
-
-/* ---- Arriving -------------------------------------------------------------------------------- */
-
-/* What a scalar function wants to know of a path. */
-static struct path lane_path(const struct stream *s, uint32_t i)
-{
-    return (struct path){.last_p = lanes3_get(&s->last_p, i),
-                         .last_pdf = s->last_pdf[i],
-                         .last_is_delta = s->last_is_delta[i] != 0,
-                         .met = s->met[i]};
-}
-
-static void miss(struct stream *s, const struct view *v, const struct trace_settings *t, uint32_t i,
-                 bool shows_emitters)
-{
-    s->is_alive[i] = false;
-    if (!shows_emitters || s->met[i] == PATH_CAUSTIC) return;
-    const struct path path = lane_path(s, i);
-    for (uint32_t k = v->first_environment; k < v->n_lights; k++) {
-        const struct light *l = &v->lights[k];
-        struct vec3 around = path_environment(v, t, &path, l, lanes3_get(&s->d, i));
-        add_radiance(s, i, l->emitter, true, vec3_mul(lanes3_get(&s->throughput, i), around));
-    }
-}
-
-/* What is left to do where a ray has arrived. */
-enum arrival { ARRIVAL_DONE, ARRIVAL_TEXTURED, ARRIVAL_SPECIAL };
-
-/* Reads what the ray has hit; the kernel makes a surface of it. Special is where something shines,
- * or the material is not plain. */
-static enum arrival fetch(struct stream *s, const struct view *v, uint32_t i)
-{
-    struct surface surface;
-    struct ray ray = lane_ray(s, i);
-    surface_fetch(&surface, v, &ray, &s->hit[i]);
-    s->shape[i] = surface.shape;
-    lanes3_set(&s->p, i, surface.p);
-    lanes3_set(&s->normal, i, surface.n);
-    lanes3_set(&s->frame_n, i, surface.frame.n);
-    const struct material *m = &v->materials[v->state.shape_bsdfs[surface.shape->index]];
-    s->bsdf_is_twosided[i] = m->is_plain && m->is_twosided;
-    s->texture_u[i] = surface.u;
-    s->texture_v[i] = surface.v;
-    if (m->picture != SCENE_NONE)
-        texture_prefetch(&v->textures, &v->textures.textures[m->picture], surface.u, surface.v);
-    if (m->is_plain) {
-        s->bsdf_is_smooth[i] = true;
-        bool shines = surface.shape->emitter != SCENE_NONE;
-        if (m->texture == SCENE_NONE) {
-            lanes3_set(&s->reflectance, i, m->reflectance);
-            return shines ? ARRIVAL_SPECIAL : ARRIVAL_DONE;
-        }
-        return shines ? ARRIVAL_SPECIAL : ARRIVAL_TEXTURED;
-    }
-    /* Tangents wait in lanes that are used later. */
-    if (m->has_direction) lanes3_set(&s->wo, i, surface.frame.s);
-    if (m->has_tangents) {
-        lanes3_set(&s->wo, i, surface.dp_du);
-        lanes3_set(&s->weight, i, surface.dp_dv);
-    }
-    return ARRIVAL_SPECIAL;
-}
-
-static void turn_frame(struct stream *s, uint32_t i)
-{
-    struct frame f = surface_frame_along(lanes3_get(&s->frame_n, i), lanes3_get(&s->wo, i));
-    lanes3_set(&s->frame_s, i, f.s);
-    lanes3_set(&s->frame_t, i, f.t);
-    lanes3_set(&s->frame_n, i, f.n);
-    lanes3_set(&s->wi, i, frame_to_local(&f, vec3_neg(lanes3_get(&s->d, i))));
-}
-
-static void emit(struct stream *s, const struct view *v, const struct trace_settings *t, uint32_t i)
-{
-    const struct path path = lane_path(s, i);
-    const struct surface surface = {.p = lanes3_get(&s->p, i),
-                                    .n = lanes3_get(&s->normal, i),
-                                    .frame.n = lanes3_get(&s->frame_n, i),
-                                    .u = s->texture_u[i],
-                                    .v = s->texture_v[i],
-                                    .shape = s->shape[i],
-                                    .instance = s->hit[i].instance};
-    struct vec3 emission = path_emission(v, t, &path, &surface, lanes3_get(&s->d, i));
-    add_radiance(s, i, s->shape[i]->emitter, true,
-                 vec3_mul(lanes3_get(&s->throughput, i), emission));
-}
-
-/* A plain one that has a texture. */
-static void look_up_texture(struct stream *s, const struct view *v, uint32_t i,
-                            const struct material *m)
-{
-    lanes3_set(&s->reflectance, i,
-               texture_eval(&v->textures, m->texture, s->texture_u[i], s->texture_v[i]));
-}
-
-static void look_up_point(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf)
-{
-    const struct material *m = &v->materials[bsdf];
-    struct surface surface = {
-        .u = s->texture_u[i], .v = s->texture_v[i], .wi = lanes3_get(&s->wi, i)};
-    if (m->has_attributes) {
-        surface.shape = s->shape[i];
-        surface.primitive = s->hit[i].primitive;
-        surface.b1 = s->hit[i].u;
-        surface.b2 = s->hit[i].v;
-    }
-    if (m->has_tangents) {
-        surface.n = lanes3_get(&s->normal, i);
-        surface.frame = (struct frame){lanes3_get(&s->frame_s, i), lanes3_get(&s->frame_t, i),
-                                       lanes3_get(&s->frame_n, i)};
-        surface.dp_du = lanes3_get(&s->wo, i);
-        surface.dp_dv = lanes3_get(&s->weight, i);
-    }
-    const struct bsdf_place at = surface_place(&surface, m);
-    bsdf_point_init(&s->own_bsdf[i], v->materials, bsdf, &v->textures, &at);
-    s->bsdf[i] = &s->own_bsdf[i];
-}
-
-/* Whether vector code knows the material. */
-static bool has_kernel(const struct bsdf_point *b)
-{
-    bool is_known = b->kind == BSDF_ROUGH_CONDUCTOR || b->kind == BSDF_ROUGH_PLASTIC;
-    return is_known && b->opacity == 1.0f && !b->is_turned;
-}
-
-/* The material of a lane that is not plain. Photons ask lane by lane which lobe a path took. */
-static void look_up_material(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf,
-                             bool has_photons)
-{
-    const struct material *m = &v->materials[bsdf];
-    if (m->ready)
-        s->bsdf[i] = &m->ready[s->wi.z[i] < 0.0f];
-    else
-        look_up_point(s, v, i, bsdf);
-    const struct bsdf_point *b = s->bsdf[i];
-    s->bsdf_is_smooth[i] = (b->lobes & LOBE_SMOOTH) != 0;
-    if (bsdf_is_diffuse(b)) {
-        s->bsdf_side[i] = b->is_mirrored ? -1.0f : 1.0f;
-        lanes3_set(&s->reflectance, i, b->reflectance);
-    } else if (has_kernel(b) && !has_photons) {
-        bool is_plastic = b->kind == BSDF_ROUGH_PLASTIC, is_ggx = b->facets.kind == MICROFACET_GGX;
-        enum facet_list list = is_plastic
-                                   ? (is_ggx ? FACET_PLASTIC_GGX : FACET_PLASTIC_BECKMANN)
-                                   : (is_ggx ? FACET_CONDUCTOR_GGX : FACET_CONDUCTOR_BECKMANN);
-        s->facets[list][s->n_facets[list]++] = i;
-    } else {
-        s->scalar[s->n_scalar++] = i;
-    }
-}
-
-/* The photons of the sample that a lane belongs to; NULL: none. */
-static const struct photon_map *lane_photons(const struct stream *s, const struct trace_settings *t,
-                                             uint32_t i)
-{
-    return t->photons[s->sample[s->path[i]] & 1];
-}
-
-/* Adds caustics, where the surface receives them. */
-static void gather(struct stream *s, const struct view *v, const struct trace_settings *t,
-                   uint32_t i, int32_t depth)
-{
-    const struct bsdf_point *b = s->bsdf[i];
-    const bool is_plain = v->materials[v->state.shape_bsdfs[s->shape[i]->index]].is_plain;
-    const bool is_diffuse = is_plain || bsdf_is_diffuse(b);
-    uint32_t path = s->path[i];
-    s->is_caster[i] = !is_diffuse && photon_is_caster(b);
-    if (s->is_caster[i]) return;
-    if (is_diffuse) s->met[i] = PATH_RECEIVER; /* where the path has been is told already */
-    const struct photon_receiver at = {.p = lanes3_get(&s->p, i),
-                                       .n = lanes3_get(&s->normal, i),
-                                       .frame = {lanes3_get(&s->frame_s, i),
-                                                 lanes3_get(&s->frame_t, i),
-                                                 lanes3_get(&s->frame_n, i)},
-                                       .wi = lanes3_get(&s->wi, i),
-                                       .bsdf = is_diffuse ? NULL : b,
-                                       .reflectance = lanes3_get(&s->reflectance, i),
-                                       .side = s->bsdf_side[i]};
-    const struct photon_split split = {.to = s->groups ? s->groups + s->place[path] : NULL,
-                                       .stride = s->group_stride,
-                                       .group_of = s->group_of,
-                                       .throughput = lanes3_get(&s->throughput, i)};
-    struct vec3 caustic = photon_map_gather(lane_photons(s, t, i), &at, t->max_depth - depth - 2,
-                                            s->groups ? &split : NULL);
-    caustic = vec3_mul(split.throughput, caustic);
-    lanes3_set(&s->radiance, path, vec3_add(lanes3_get(&s->radiance, path), caustic));
-}
-
-/* Asks memory for what fetch() will read of meshes: vertices are known once their numbers are. */
-static void prefetch(const struct stream *s, const struct view *v)
-{
-    const uint32_t *corners[STREAM_SIZE];
-    const struct world_shape *shapes[STREAM_SIZE];
-    uint32_t n = 0;
-    for (uint32_t i = 0; i < s->n; i++) {
-        const struct hit *hit = &s->hit[i];
-        if (!s->is_alive[i] || hit->shape == SCENE_NONE) continue;
-        const struct world_shape *shape = &v->instances[hit->instance].shapes[hit->shape];
-        if (shape->kind != SHAPE_MESH || (!shape->normals && !shape->uvs)) continue;
-        shapes[n] = shape;
-        corners[n] = shape->indices + 3 * (size_t)hit->primitive;
-        __builtin_prefetch(corners[n++]);
-    }
-    for (uint32_t k = 0; k < n; k++) {
-        for (int c = 0; c < 3; c++) {
-            size_t vertex = corners[k][c];
-            if (shapes[k]->normals) __builtin_prefetch(shapes[k]->normals + 3 * vertex);
-            if (shapes[k]->uvs) __builtin_prefetch(shapes[k]->uvs + 2 * vertex);
-        }
-    }
-}
-
-/* Adds what shines at the ends of the rays and works out the points there. False when no path goes
- * on. */
-static bool arrive(struct stream *s, const struct view *v, const struct trace_settings *t,
-                   int32_t depth)
-{
-    bool shows_emitters = depth > 0 || !t->hide_emitters;
-    bool is_last = t->max_depth >= 0 && depth + 1 >= t->max_depth;
-    bool has_photons = t->photons[0] != NULL;
-    uint32_t n_alive = 0, n_lanes = 0, lanes[STREAM_SIZE], n_special = 0, special[STREAM_SIZE];
-    uint32_t n_textured = 0, textured[STREAM_SIZE];
-    const bool is_few = few_is_used(&v->few);
-    const uint32_t *takes_part = s->is_alive;
-    s->n_scalar = 0;
-    memset(s->n_facets, 0, sizeof s->n_facets);
-    if (is_few) {
-        bool is_surrounded = v->first_environment < v->n_lights;
-        v->world->kernels->few_arrive(s, &v->few, is_surrounded);
-        if (!has_photons) takes_part = s->is_special;
-    } else {
-        prefetch(s, v);
-    }
-    for (uint32_t i = 0; i < s->n; i++) {
-        lanes[n_lanes] = i;
-        n_lanes += takes_part[i];
-        n_alive += s->is_alive[i];
-    }
-    for (uint32_t k = 0; k < n_lanes; k++) {
-        uint32_t i = lanes[k];
-        if (is_few ? s->face[i] < 0 : s->hit[i].shape == SCENE_NONE) {
-            n_alive--;
-            miss(s, v, t, i, shows_emitters);
-            continue;
-        }
-        find_hit(s, v, i);
-        enum arrival arrival = fetch(s, v, i);
-        if (arrival == ARRIVAL_SPECIAL || (has_photons && arrival == ARRIVAL_DONE))
-            special[n_special++] = i;
-        else if (arrival == ARRIVAL_TEXTURED)
-            textured[n_textured++] = i;
-    }
-    if (n_alive == 0) return false;
-    v->world->kernels->surface(s);
-    for (uint32_t k = 0; !is_last && k < n_textured; k++) {
-        uint32_t i = textured[k];
-        look_up_texture(s, v, i, &v->materials[v->state.shape_bsdfs[s->shape[i]->index]]);
-        if (has_photons) gather(s, v, t, i, depth);
-    }
-    for (uint32_t k = 0; k < n_special; k++) {
-        uint32_t i = special[k];
-        const struct world_shape *shape = s->shape[i];
-        uint32_t bsdf = v->state.shape_bsdfs[shape->index];
-        if (v->materials[bsdf].has_direction) turn_frame(s, i);
-        if (shape->emitter != SCENE_NONE && shows_emitters && s->met[i] != PATH_CAUSTIC)
-            emit(s, v, t, i);
-        const struct material *m = &v->materials[bsdf];
-        if (!is_last && !m->is_plain) look_up_material(s, v, i, bsdf, has_photons);
-        if (!is_last && m->is_plain && m->texture != SCENE_NONE) look_up_texture(s, v, i, m);
-        if (!is_last && has_photons) gather(s, v, t, i, depth);
-    }
-    return !is_last;
+            stream_add_radiance(s, i, v->lights[s->light_index[i]].emitter, false,
+                                lanes3_get(&s->light, i));
 }
 
 /* ---- Connecting to lights -------------------------------------------------------------------- */
@@ -545,7 +240,7 @@ static void scatter(struct stream *s, const struct view *v, const struct trace_s
 void stream_trace(struct stream *s, const struct view *v, const struct trace_settings *t)
 {
     if (t->max_depth == 0) return;
-    for (int32_t depth = 0; arrive(s, v, t, depth); depth++) {
+    for (int32_t depth = 0; stream_arrive(s, v, t, depth); depth++) {
         v->world->kernels->draw(s, t->sampler, path_dimension(depth));
         connect(s, v, t);
         scatter(s, v, t, depth);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/light.h"
 
+#include "render/light_table.h"
+
 /* world area / group-space area around a point of a surface with unit world normal n: the cofactor
  * |det M| |M^-T n_group|, which is |det M| / |M^T n|. */
 static float area_scale(const struct view_instance *i, struct vec3 n)
@@ -207,20 +209,13 @@ static bool sample_area(const struct view *v, const struct light *l, struct vec3
     return light_sample_finish(s, reference, a.n, a.pdf, is_cone ? pdf : 0.0f, radiance, choice);
 }
 
-bool light_sample(const struct view *v, struct vec3 reference, float u1, float u2,
-                  struct light_sample *s)
+bool light_sample_chosen(const struct view *v, uint32_t light, struct vec3 reference, float u1,
+                         float u2, float choice, struct light_sample *s)
 {
-    if (v->n_lights == 0) return false;
-    float choice;
-    uint32_t index = light_choose(v, reference, &u1, &choice);
-    s->light = index;
-    if (v->table.n > 0) {
-        int32_t k = light_table_choose(&v->table, index, u1);
-        struct sphere_sample a = light_sphere_sample(&v->table, k, reference, u1, u2);
-        return light_table_sample(s, &v->table, k, reference, u1, u2, choice, v->table.has_spheres,
-                                  a.n, a.pdf);
-    }
-    const struct light *l = &v->lights[index];
+    const struct light *l = &v->lights[light];
+    s->light = light;
+    if (light_table_has(&v->table, light))
+        return light_table_sample(s, &v->table, light, reference, u1, u2, choice);
     s->p = vec3_splat(0.0f);
     s->is_delta = s->is_infinite = false;
     if (l->kind == EMITTER_AREA) return sample_area(v, l, reference, u1, u2, choice, s);
@@ -235,6 +230,15 @@ bool light_sample(const struct view *v, struct vec3 reference, float u1, float u
     s->pdf *= choice;
     s->weight = vec3_scale(s->weight, 1.0f / s->pdf);
     return true;
+}
+
+bool light_sample(const struct view *v, struct vec3 reference, float u1, float u2,
+                  struct light_sample *s)
+{
+    float choice;
+    if (v->n_lights == 0) return false;
+    uint32_t light = light_choose(v, reference, &u1, &choice);
+    return light_sample_chosen(v, light, reference, u1, u2, choice, s);
 }
 
 struct vec3 light_surface_radiance(const struct view *v, const struct surface *s, struct vec3 d)

@@ -2,6 +2,7 @@
 #ifndef RENDER_LIGHT_H
 #define RENDER_LIGHT_H
 
+#include "math/approx.h"
 #include "render/sphere.h"
 #include "render/surface.h"
 #include "render/world.h"
@@ -26,20 +27,24 @@ struct light_sample {
 bool light_sample(const struct view *v, struct vec3 reference, float u1, float u2,
                   struct light_sample *s);
 
+/* The same of one light, which was chosen with probability `choice` and left u1. */
+bool light_sample_chosen(const struct view *v, uint32_t light, struct vec3 reference, float u1,
+                         float u2, float choice, struct light_sample *s);
+
 /* A random number's part that a choice of probability p has left over. */
 static inline float light_rest(float u, float p)
 {
     return min_float(u / p, 0x1.fffffep-1f);
 }
 
-/* What a light may send to p. */
+/* What a light may send to p, roughly: the root is none to the last digit. */
 static inline float light_weight(const struct light_hint *h, struct vec3 p)
 {
     struct vec3 d = vec3_sub(p, h->center);
-    float distance2 = max_float(vec3_dot(d, d), h->radius2);
-    float cosine = max_float(vec3_dot(h->normal, d), 0.0f) / sqrtf(distance2);
+    float inverse = approx_inverse_root(max_float(vec3_dot(d, d), h->radius2));
+    float cosine = max_float(vec3_dot(h->normal, d), 0.0f) * inverse;
     float weight = h->power * (h->base + h->slope * cosine);
-    return weight / (h->near * distance2 + (1.0f - h->near));
+    return weight * (h->near * (inverse * inverse) + (1.0f - h->near));
 }
 
 /* Probabilities of n lights from the sum of their weights: even + scale * weight. */
@@ -61,6 +66,12 @@ static inline float light_share(struct light_shares s, float weight)
 
 void light_guide_init(struct light_guide *g, const struct view *v);
 
+/* Whether lights are few enough for weights of their own. */
+static inline bool light_is_guided(const struct view *v)
+{
+    return v->n_lights <= LIGHT_GUIDES;
+}
+
 /* The light that u1 chooses for a point, among n_lights > 0, and its probability; u1 becomes what
  * is left of it. */
 uint32_t light_choose(const struct view *v, struct vec3 p, float *u1, float *probability);
@@ -81,78 +92,6 @@ MATH_INLINE bool light_sample_finish(struct light_sample *s, struct vec3 referen
     s->weight = vec3_scale(radiance, 1.0f / s->pdf);
     s->is_delta = s->is_infinite = false;
     return (distance2 > 0.0f) & (cosine > 0.0f) & (pdf > 0.0f) & (pdf < INFINITY);
-}
-
-/* The element of a light in a table that u chooses: cdf[k] <= u < cdf[k + 1]. */
-static inline int32_t light_table_choose(const struct light_table *t, uint32_t light, float u)
-{
-    int32_t low = t->first[light], high = t->first[light + 1];
-    while (high - low > 1) {
-        int32_t middle = (low + high) / 2;
-        bool is_above = t->cdf[middle] <= u;
-        low = is_above ? middle : low;
-        high = is_above ? high : middle;
-    }
-    return low;
-}
-
-/* Where a light sample is on a sphere. */
-struct sphere_sample {
-    struct vec3 n; /* normal of the point */
-    float pdf;     /* in solid angle; 0: uniform by area */
-};
-
-/* On element k of a table, uniform in the cone that it fills, and from inside uniform by area. */
-MATH_INLINE struct sphere_sample light_sphere_sample(const struct light_table *t, int32_t k,
-                                                     struct vec3 reference, float u1, float u2)
-{
-    const struct sphere sphere = {vec3(t->p.x[k], t->p.y[k], t->p.z[k]), t->radius[k]};
-    struct vec3 to_center = vec3_sub(sphere.center, reference);
-    float sin_max2 = sphere_cone(&sphere, to_center);
-    bool is_cone = sin_max2 > 0.0f;
-    struct vec3 a = sphere_cone_sample(to_center, sin_max2, u1, u2), b = warp_sphere(u1, u2);
-    float pdf = sphere_cone_pdf(sin_max2);
-    return (struct sphere_sample){
-        vec3(is_cone ? a.x : b.x, is_cone ? a.y : b.y, is_cone ? a.z : b.z), is_cone ? pdf : 0.0f};
-}
-
-/* A sample on element k, which u1 has chosen, of a light chosen with probability `choice`.
- * Has_spheres: the table's; then on_sphere and sphere_pdf are for its spheres, else of no effect.
- */
-MATH_INLINE bool light_table_sample(struct light_sample *s, const struct light_table *t, int32_t k,
-                                    struct vec3 reference, float u1, float u2, float choice,
-                                    bool has_spheres, struct vec3 on_sphere, float sphere_pdf)
-{
-    struct vec3 p = vec3(t->p.x[k], t->p.y[k], t->p.z[k]);
-    struct vec3 e0 = vec3(t->e0.x[k], t->e0.y[k], t->e0.z[k]);
-    struct vec3 e1 = vec3(t->e1.x[k], t->e1.y[k], t->e1.z[k]);
-    const struct vec3 *of_light = &t->radiance[t->light[k]];
-    struct vec3 radiance = vec3(of_light->x, of_light->y, of_light->z);
-    float u = min_float((u1 - t->cdf[k]) * t->scale[k], 0x1.fffffep-1f), cone_pdf = 0.0f;
-    struct vec2 b = warp_triangle(u, u2), disk = warp_disk(u, u2);
-    bool is_disk = t->is_disk[k] != 0;
-    b.x = is_disk ? disk.x : b.x;
-    b.y = is_disk ? disk.y : b.y;
-    struct vec3 at = vec3_madd(vec3_madd(p, e0, b.x), e1, b.y);
-    float nx = t->normal.x[k] + t->turn0.x[k] * b.x + t->turn1.x[k] * b.y;
-    float ny = t->normal.y[k] + t->turn0.y[k] * b.x + t->turn1.y[k] * b.y;
-    float nz = t->normal.z[k] + t->turn0.z[k] * b.x + t->turn1.z[k] * b.y;
-    float unit = 1.0f / sqrtf(nx * nx + ny * ny + nz * nz);
-    struct vec3 n = vec3(nx * unit, ny * unit, nz * unit);
-    if (has_spheres) {
-        float radius = t->radius[k];
-        struct vec3 there = vec3_madd(p, on_sphere, radius);
-        bool is_sphere = radius > 0.0f;
-        n.x = is_sphere ? on_sphere.x : n.x;
-        n.y = is_sphere ? on_sphere.y : n.y;
-        n.z = is_sphere ? on_sphere.z : n.z;
-        at.x = is_sphere ? there.x : at.x;
-        at.y = is_sphere ? there.y : at.y;
-        at.z = is_sphere ? there.z : at.z;
-        cone_pdf = is_sphere ? sphere_pdf : 0.0f;
-    }
-    s->p = at;
-    return light_sample_finish(s, reference, n, t->pdf[k], cone_pdf, radiance, choice);
 }
 
 /* Room for the lights of all instances of the view's scene. */

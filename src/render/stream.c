@@ -4,7 +4,7 @@
 #include "base/clock.h"
 #include "base/cpu.h"
 #include "render/chain.h"
-#include "render/light.h"
+#include "render/light_table.h"
 #include "render/photon.h"
 #include "render/stream_arrive.h"
 
@@ -137,10 +137,16 @@ static void add_lights(struct stream *s, const struct view *v)
 
 /* ---- Connecting to lights -------------------------------------------------------------------- */
 
+/* For a lane whose light no vector code knows. */
 static void sample_light(struct stream *s, const struct view *v, uint32_t i)
 {
     struct light_sample l;
-    s->has_light[i] = light_sample(v, lanes3_get(&s->p, i), s->u[0][i], s->u[1][i], &l);
+    struct vec3 p = lanes3_get(&s->p, i);
+    if (light_is_guided(v))
+        s->has_light[i] = light_sample_chosen(v, (uint32_t)s->light_index[i], p, s->light_left[i],
+                                              s->u[1][i], s->light_choice[i], &l);
+    else
+        s->has_light[i] = light_sample(v, p, s->u[0][i], s->u[1][i], &l);
     if (!s->has_light[i]) return;
     lanes3_set(&s->light_p, i, l.p);
     lanes3_set(&s->light_d, i, l.d);
@@ -151,6 +157,20 @@ static void sample_light(struct stream *s, const struct view *v, uint32_t i)
     s->light_index[i] = (int32_t)l.light;
 }
 
+/* Light samples of the lanes that want one. */
+static void sample_lights(struct stream *s, const struct view *v)
+{
+    const struct stream_kernels *kernels = v->world->kernels;
+    uint32_t n_others = 0, others[STREAM_SIZE];
+    if (light_is_guided(v)) kernels->choose_light(s, &v->guide);
+    for (uint32_t i = 0; !light_table_is_whole(v) && i < s->n; i++)
+        if (s->has_light[i] &&
+            !(light_is_guided(v) && light_table_has(&v->table, (uint32_t)s->light_index[i])))
+            others[n_others++] = i;
+    if (v->table.n > 0) kernels->light(s, &v->table);
+    for (uint32_t k = 0; k < n_others; k++) sample_light(s, v, others[k]);
+}
+
 /* Samples a light for every path and adds it where nothing is in the way. */
 static void connect(struct stream *s, const struct view *v, const struct trace_settings *t)
 {
@@ -159,9 +179,7 @@ static void connect(struct stream *s, const struct view *v, const struct trace_s
     for (uint32_t i = 0; i < s->n; i++) s->has_light[i] = s->is_alive[i] & s->bsdf_is_smooth[i];
     for (uint32_t i = 0; t->photons[0] && i < s->n; i++)
         if (s->is_caster[i] && (s->met[i] & PATH_RECEIVER)) s->has_light[i] = false;
-    for (uint32_t i = 0; v->table.n == 0 && i < s->n; i++)
-        if (s->has_light[i]) sample_light(s, v, i);
-    if (v->table.n > 0) kernels->light(s, &v->guide, &v->table);
+    sample_lights(s, v);
     kernels->eval(s);
     kernels->facets_eval(s);
     for (uint32_t k = 0; k < s->n_scalar; k++) {

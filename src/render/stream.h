@@ -163,8 +163,10 @@ struct stream_kernels {
     void (*draw)(struct stream *s, enum sampler_kind sampler, uint32_t dimension);
     /* Normals at any length -> unit normals, frame, wi; bsdf_side. */
     void (*surface)(struct stream *s);
+    /* The light that each lane samples: light_index, light_choice, light_left. */
+    void (*choose_light)(struct stream *s, const struct light_guide *g);
     /* Light samples from a table, for lanes that want one: has_light. */
-    void (*light)(struct stream *s, const struct light_guide *g, const struct light_table *t);
+    void (*light)(struct stream *s, const struct light_table *t);
     /* light_wo, and value and value_pdf of diffuse lanes. */
     void (*eval)(struct stream *s);
     /* The same of the lanes that have facets; their next directions. */

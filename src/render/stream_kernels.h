@@ -30,6 +30,7 @@ static inline struct frame lane_frame(const struct stream *s, uint32_t i)
 
 #include "render/facet_kernels.h"
 #include "render/few_kernels.h"
+#include "render/light_kernels.h"
 
 /* Some loops exist once for each kind of sampler, as a loop of vectors cannot branch. */
 
@@ -122,145 +123,6 @@ KERNEL surface(struct stream *s)
     uint32_t n = s->n;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) surface_lane(s, i);
-}
-
-/* A step of light_choose(): does the lane's random number fall on light k? */
-LANE void choose_lane(struct stream *s, uint32_t i, float p, int32_t k, bool is_last)
-{
-    float left = s->light_left[i];
-    bool is_open = s->light_index[i] < 0;
-    bool takes = is_open & ((left < p) | is_last);
-    s->light_index[i] = takes ? k : s->light_index[i];
-    s->light_choice[i] = choose(takes, p, s->light_choice[i]);
-    s->light_left[i] = choose(takes, light_rest(left, p), choose(is_open, left - p, left));
-}
-
-/* Index, probability and rest of the random number. */
-KERNEL choose_light(struct stream *s, const struct light_guide *g)
-{
-    float weights[LIGHT_GUIDES][STREAM_SIZE], sum[STREAM_SIZE];
-    float even[STREAM_SIZE], scale[STREAM_SIZE];
-    uint32_t n = s->n, n_lights = g->n;
-    int32_t none = n_lights > 0 ? -1 : 0;
-#pragma omp simd
-    for (uint32_t i = 0; i < n; i++) {
-        s->light_left[i] = s->u[0][i];
-        s->light_choice[i] = 1.0f;
-        s->light_index[i] = none;
-        sum[i] = 0.0f;
-    }
-    if (n_lights == 0) return;
-    for (uint32_t k = 0; k < n_lights; k++) {
-        const struct light_hint h = g->hints[k];
-        float *w = weights[k];
-#pragma omp simd
-        for (uint32_t i = 0; i < n; i++) {
-            w[i] = light_weight(&h, lanes3_get(&s->p, i));
-            sum[i] += w[i];
-        }
-    }
-#pragma omp simd
-    for (uint32_t i = 0; i < n; i++) {
-        struct light_shares shares = light_shares(n_lights, sum[i]);
-        even[i] = shares.even;
-        scale[i] = shares.scale;
-    }
-    for (uint32_t k = 0; k < n_lights; k++) {
-        const float *w = weights[k];
-        bool is_last = k + 1 == n_lights;
-#pragma omp simd
-        for (uint32_t i = 0; i < n; i++)
-            choose_lane(s, i, light_share((struct light_shares){even[i], scale[i]}, w[i]),
-                        (int32_t)k, is_last);
-    }
-}
-
-LANE void light_lane(struct stream *s, uint32_t i, const struct light_table *t, bool has_spheres,
-                     struct vec3 on_sphere, float sphere_pdf)
-{
-    struct light_sample l;
-    bool is_found = light_table_sample(&l, t, s->element[i], lanes3_get(&s->p, i), s->light_left[i],
-                                       s->u[1][i], s->light_choice[i], has_spheres, on_sphere,
-                                       sphere_pdf);
-    lanes3_set(&s->light_p, i, l.p);
-    lanes3_set(&s->light_d, i, l.d);
-    lanes3_set(&s->light_weight, i, l.weight);
-    s->light_pdf[i] = l.pdf;
-    s->light_is_delta[i] = s->light_is_infinite[i] = false;
-    s->has_light[i] &= is_found;
-}
-
-/* In two steps: compilers would branch around the spheres. */
-KERNEL light_spheres(struct stream *s, const struct light_table *t)
-{
-    float x[STREAM_SIZE], y[STREAM_SIZE], z[STREAM_SIZE], pdf[STREAM_SIZE];
-    uint32_t n = s->n;
-#pragma omp simd
-    for (uint32_t i = 0; i < n; i++) {
-        struct sphere_sample a = light_sphere_sample(t, s->element[i], lanes3_get(&s->p, i),
-                                                     s->light_left[i], s->u[1][i]);
-        x[i] = a.n.x;
-        y[i] = a.n.y;
-        z[i] = a.n.z;
-        pdf[i] = a.pdf;
-    }
-#pragma omp simd
-    for (uint32_t i = 0; i < n; i++) light_lane(s, i, t, true, vec3(x[i], y[i], z[i]), pdf[i]);
-}
-
-/* light_table_choose(), all lanes in step: halves until one element is left, which more steps leave
- * as it is. */
-KERNEL search_elements(struct stream *s, const struct light_table *t)
-{
-    int32_t high[STREAM_SIZE];
-    uint32_t n = s->n;
-#pragma omp simd
-    for (uint32_t i = 0; i < n; i++) {
-        s->element[i] = t->first[s->light_index[i]];
-        high[i] = t->first[s->light_index[i] + 1];
-    }
-    for (int32_t left = t->n; left > 1; left = (left + 1) / 2) {
-#pragma omp simd
-        for (uint32_t i = 0; i < n; i++) {
-            int32_t middle = (s->element[i] + high[i]) / 2;
-            bool is_above = t->cdf[middle] <= s->light_left[i];
-            s->element[i] = is_above ? middle : s->element[i];
-            high[i] = is_above ? high[i] : middle;
-        }
-    }
-}
-
-/* The same, of few elements one at a time for all lanes. */
-KERNEL choose_elements(struct stream *s, const struct light_table *t)
-{
-    uint32_t n = s->n;
-    if (t->n > LIGHT_TABLE_FEW) {
-        search_elements(s, t);
-        return;
-    }
-#pragma omp simd
-    for (uint32_t i = 0; i < n; i++) s->element[i] = t->first[s->light_index[i]];
-    for (int32_t k = 1; k < t->n; k++) {
-        float cdf = t->cdf[k];
-        int32_t of = t->light[k];
-        if (of != t->light[k - 1]) continue; /* a light's first */
-#pragma omp simd
-        for (uint32_t i = 0; i < n; i++)
-            s->element[i] += (s->light_index[i] == of) & (cdf <= s->light_left[i]);
-    }
-}
-
-KERNEL light(struct stream *s, const struct light_guide *g, const struct light_table *t)
-{
-    uint32_t n = s->n;
-    choose_light(s, g);
-    choose_elements(s, t);
-    if (t->has_spheres) {
-        light_spheres(s, t);
-        return;
-    }
-#pragma omp simd
-    for (uint32_t i = 0; i < n; i++) light_lane(s, i, t, false, vec3_splat(0.0f), 0.0f);
 }
 
 LANE void eval_lane(struct stream *s, uint32_t i)
@@ -432,6 +294,7 @@ const struct stream_kernels STREAM_KERNELS = {
     .look = look,
     .draw = draw,
     .surface = surface,
+    .choose_light = choose_light,
     .light = light,
     .eval = eval,
     .connect = connect,

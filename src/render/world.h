@@ -111,32 +111,39 @@ struct light_guide {
 };
 
 /*
- * The elements of all lights (triangles, disks, spheres), in world space and ready for sampling,
- * where nothing else shines: meshes, disks and spheres that shine the same everywhere. Then vector
- * code can choose among them and gather what it needs.
+ * The elements of lights in world space, ready for sampling: of meshes, disks and spheres that
+ * shine the same everywhere. Vector code chooses among them and looks up what it needs; halves of a
+ * parallelogram are one element. light_table.h has the rest.
  */
-enum { LIGHT_TABLE_MAX = 1 << 16, LIGHT_TABLE_FEW = 64 };
+enum { LIGHT_TABLE_MAX = 1 << 16, LIGHT_TABLE_FEW = 32, LIGHT_FIELDS = 24 };
 
-/* Vectors as arrays. */
-struct light_vectors {
-    float *x, *y, *z;
+/* Kinds of elements in a table, for each of these sets of which there is vector code of its own. */
+enum light_kinds {
+    LIGHT_FACES = 1, /* triangles, parallelograms */
+    LIGHT_TURNS = 2, /* their normals turn */
+    LIGHT_DISKS = 4,
+    LIGHT_SPHERES = 8,
+    LIGHT_SMOOTH = LIGHT_FACES | LIGHT_TURNS,
+    LIGHT_ALL = 15
 };
 
 struct light_table {
     uint32_t capacity; /* elements of all instances; 0: too many */
-    float *memory;     /* of what follows, [capacity] each */
+    float *memory;     /* of what follows */
     int32_t n;         /* 0: no table */
-    bool has_spheres;
-    int32_t first[LIGHT_GUIDES + 1]; /* of a light's elements */
-    struct vec3 radiance[LIGHT_GUIDES];
-    int32_t *light, *is_disk; /* of an element */
-    float *radius;            /* spheres; 0 for others */
-    /* A triangle's corner and the edges from it, a disk's centre and its axes, a sphere's centre;
-     * the normal on the side that shines, and how it turns along the edges. */
-    struct light_vectors p, e0, e1, normal, turn0, turn1;
-    float *cdf;   /* probability of all triangles before, within the light */
-    float *scale; /* 1 / its own probability */
-    float *pdf;   /* density of the light's points per area */
+    enum light_kinds kinds;
+    uint32_t holds; /* bit k: light k is in it */
+    /* Of a light: its elements, and where its part of `parts` begins. Those of another light, for
+     * lights that are not in the table: then any lane can look. */
+    int32_t first[LIGHT_GUIDES], count[LIGHT_GUIDES], first_part[LIGHT_GUIDES];
+    float radiance[3][LIGHT_TABLE_FEW];
+    float *rows; /* [n][LIGHT_FIELDS]: struct light_element */
+    float *cdf;  /* [n], of those */
+    /* Where to search: the first element of a light that can lie in each of as many equal parts of
+     * [0,1) as it has elements, and of its end. */
+    int32_t *parts;
+    int32_t n_widest;                             /* elements to search in a part, at most */
+    float columns[LIGHT_FIELDS][LIGHT_TABLE_FEW]; /* rows turned over, where they are few */
 };
 
 struct look;

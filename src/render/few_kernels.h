@@ -77,14 +77,14 @@ LANE void shade_by_walls(const struct stream *s, const struct few *few, int axis
 
 /* Where the ray first meets the sphere beyond 0; INFINITY where it does not. In double, and from
  * the point of the ray closest to the centre, as quadric.c: far and large spheres stay exact, and
- * so do paths through glass. */
-LANE float sphere_lane(const struct lanes3 *o, const struct lanes3 *d, uint32_t i,
+ * so do paths through glass. a: 1 / |d|^2. */
+LANE float sphere_lane(const struct lanes3 *o, const struct lanes3 *d, uint32_t i, double a,
                        const struct few_sphere *s)
 {
     double dx = d->x[i], dy = d->y[i], dz = d->z[i];
     double x = (double)o->x[i] - s->center[0], y = (double)o->y[i] - s->center[1],
            z = (double)o->z[i] - s->center[2];
-    double a = 1.0 / (dx * dx + dy * dy + dz * dz), middle = -(x * dx + y * dy + z * dz) * a;
+    double middle = -(x * dx + y * dy + z * dz) * a;
     x += middle * dx;
     y += middle * dy;
     z += middle * dz;
@@ -93,6 +93,15 @@ LANE float sphere_lane(const struct lanes3 *o, const struct lanes3 *d, uint32_t 
     double near = middle - half, far = middle + half, t = near >= 0.0 ? near : far;
     bool is_met = (left >= 0.0) & (t >= 0.0);
     return is_met ? (float)t : INFINITY;
+}
+
+KERNEL invert_squares(const struct lanes3 *d, uint32_t n, double *a)
+{
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) {
+        double dx = d->x[i], dy = d->y[i], dz = d->z[i];
+        a[i] = 1.0 / (dx * dx + dy * dy + dz * dz);
+    }
 }
 
 /* Where a ray goes into a box and out of it, and by which faces. */
@@ -125,6 +134,7 @@ LANE struct passage pass_lane(const struct lanes3 *o, const struct lanes3 *d, ui
 /* The nearest primitive for each ray. */
 KERNEL few_cast(struct stream *s, const struct few *few)
 {
+    double inverse[STREAM_SIZE];
     float *best = s->t;
     int32_t *index = s->face;
     uint32_t n = s->n;
@@ -159,12 +169,13 @@ KERNEL few_cast(struct stream *s, const struct few *few)
             index[i] = is_best ? face : index[i];
         }
     }
+    if (few->n_spheres > 0) invert_squares(&s->d, n, inverse);
     for (uint32_t k = 0; k < few->n_spheres; k++) {
         const struct few_sphere f = few->spheres[k];
         int32_t number = (int32_t)(few->n_faces + k);
 #pragma omp simd
         for (uint32_t i = 0; i < n; i++) {
-            float t = sphere_lane(&s->o, &s->d, i, &f);
+            float t = sphere_lane(&s->o, &s->d, i, inverse[i], &f);
             index[i] = t < best[i] ? number : index[i];
             best[i] = min_float(t, best[i]);
         }
@@ -201,6 +212,7 @@ KERNEL few_arrive(struct stream *s, const struct few *few, bool is_surrounded)
 /* Whether shadow rays are free. */
 KERNEL few_shade(struct stream *s, const struct few *few, uint32_t *is_free)
 {
+    double inverse[STREAM_SIZE];
     uint32_t n = s->n;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) is_free[i] = s->is_connected[i];
@@ -227,11 +239,12 @@ KERNEL few_shade(struct stream *s, const struct few *few, uint32_t *is_free)
             is_free[i] = is_met ? 0 : is_free[i];
         }
     }
+    if (few->n_spheres > 0) invert_squares(&s->shadow_d, n, inverse);
     for (uint32_t k = 0; k < few->n_spheres; k++) {
         const struct few_sphere f = few->spheres[k];
 #pragma omp simd
         for (uint32_t i = 0; i < n; i++) {
-            float t = sphere_lane(&s->shadow_o, &s->shadow_d, i, &f);
+            float t = sphere_lane(&s->shadow_o, &s->shadow_d, i, inverse[i], &f);
             is_free[i] = t < s->shadow_t_max[i] ? 0 : is_free[i];
         }
     }

@@ -196,36 +196,59 @@ static void connect(struct stream *s, const struct view *v, const struct trace_s
 
 /* ---- Going on -------------------------------------------------------------------------------- */
 
-/* Moves the paths that are alive together, in order, when a good part of the lanes is dead. Dead
- * ones fill the last vector: the rest of a loop would go lane by lane. */
-static void compact(struct stream *s)
+static void move_words(uint32_t *a, const uint32_t *from, uint32_t n)
 {
-    uint32_t n = 0, n_alive = 0;
-    for (uint32_t i = 0; i < s->n; i++) n_alive += s->is_alive[i];
-    if (4 * n_alive > 3 * s->n) return;
+    for (uint32_t k = 0; k < n; k++) a[k] = a[from[k]];
+}
+
+static void move_longs(uint64_t *a, const uint32_t *from, uint32_t n)
+{
+    for (uint32_t k = 0; k < n; k++) a[k] = a[from[k]];
+}
+
+static void move_floats(float *a, const uint32_t *from, uint32_t n)
+{
+    for (uint32_t k = 0; k < n; k++) a[k] = a[from[k]];
+}
+
+static void move_lanes3(struct lanes3 *a, const uint32_t *from, uint32_t n)
+{
+    move_floats(a->x, from, n);
+    move_floats(a->y, from, n);
+    move_floats(a->z, from, n);
+}
+
+/* Moves the paths that are alive together, in order, when a good part of the lanes is dead. Dead
+ * ones fill the last vector: the rest of a loop would go lane by lane. Rays have just been made:
+ * t_max is the same for all. */
+static void compact(struct stream *s, const struct trace_settings *t)
+{
+    uint32_t n = 0, from[STREAM_SIZE + 1];
     for (uint32_t i = 0; i < s->n; i++) {
-        if (!s->is_alive[i]) continue;
-        uint32_t k = n++;
-        s->is_alive[k] = true;
-        s->path[k] = s->path[i];
-        s->pixel[k] = s->pixel[i];
-        lanes3_set(&s->o, k, lanes3_get(&s->o, i));
-        lanes3_set(&s->d, k, lanes3_get(&s->d, i));
-        s->t_max[k] = s->t_max[i];
-        lanes3_set(&s->throughput, k, lanes3_get(&s->throughput, i));
-        lanes3_set(&s->last_p, k, lanes3_get(&s->last_p, i));
-        s->last_pdf[k] = s->last_pdf[i];
-        s->last_is_delta[k] = s->last_is_delta[i];
-        s->eta[k] = s->eta[i];
-        s->met[k] = s->met[i];
-        s->is_chain[k] = s->is_chain[i];
-        s->seed[k] = s->seed[i];
-        s->index[k] = s->index[i];
-        s->rng_state[k] = s->rng_state[i];
-        s->rng_stream[k] = s->rng_stream[i];
+        from[n] = i;
+        n += s->is_alive[i];
+    }
+    if (4 * n > 3 * s->n) return;
+    move_words(s->path, from, n);
+    move_longs(s->pixel, from, n);
+    move_lanes3(&s->o, from, n);
+    move_lanes3(&s->d, from, n);
+    move_lanes3(&s->throughput, from, n);
+    move_lanes3(&s->last_p, from, n);
+    move_floats(s->last_pdf, from, n);
+    move_words(s->last_is_delta, from, n);
+    move_floats(s->eta, from, n);
+    if (t->photons[0]) move_words(s->met, from, n);
+    if (s->chain_group) move_words(s->is_chain, from, n);
+    if (t->sampler == SAMPLER_INDEPENDENT) {
+        move_longs(s->rng_state, from, n);
+        move_longs(s->rng_stream, from, n);
+    } else {
+        move_words(s->seed, from, n);
+        move_words(s->index, from, n);
     }
     s->n = (n + STREAM_VECTOR - 1) / STREAM_VECTOR * STREAM_VECTOR;
-    for (uint32_t i = n; i < s->n; i++) s->is_alive[i] = false;
+    for (uint32_t i = 0; i < s->n; i++) s->is_alive[i] = i < n;
 }
 
 static void scatter(struct stream *s, const struct view *v, const struct trace_settings *t,
@@ -252,14 +275,24 @@ static void scatter(struct stream *s, const struct view *v, const struct trace_s
      * need not be cast. */
     bool is_last = t->max_depth >= 0 && depth + 2 >= t->max_depth;
     if (is_last && v->n_boxes != VIEW_NO_BOXES) v->world->kernels->aim(s, v->boxes, v->n_boxes);
-    compact(s);
+    compact(s, t);
+}
+
+/* Which random numbers of a bounce are used; drawing is a tenth of the time in simple scenes. */
+static uint32_t wanted_numbers(const struct stream *s, const struct view *v,
+                               const struct trace_settings *t, int32_t depth)
+{
+    bool has_lobes = s->n_scalar > 0, has_roulette = depth + 1 >= t->rr_depth || view_saves_rays(v);
+    for (int k = 0; k < FACET_LISTS_N; k++) has_lobes |= s->n_facets[k] > 0;
+    return (has_lobes ? STREAM_LOBE : 0) | (has_roulette ? STREAM_ROULETTE : 0);
 }
 
 void stream_trace(struct stream *s, const struct view *v, const struct trace_settings *t)
 {
     if (t->max_depth == 0) return;
     for (int32_t depth = 0; stream_arrive(s, v, t, depth); depth++) {
-        v->world->kernels->draw(s, t->sampler, path_dimension(depth));
+        v->world->kernels->draw(s, t->sampler, path_dimension(depth),
+                                wanted_numbers(s, v, t, depth));
         connect(s, v, t);
         scatter(s, v, t, depth);
         stream_cast(s, v, false);

@@ -77,30 +77,60 @@ KERNEL look(struct stream *s, const struct camera *camera)
     for (uint32_t i = 0; i < n; i++) look_lane(s, i, &c);
 }
 
-LANE void draw_lane(struct stream *s, uint32_t i, enum sampler_kind kind, uint32_t dimension)
+/* The sampler of a lane at a dimension. */
+LANE struct sampler sampler_lane(const struct stream *s, uint32_t i, enum sampler_kind kind,
+                                 uint32_t dimension)
 {
     struct sampler r = {.kind = kind, .seed = s->seed[i], .index = s->index[i]};
     r.rng = (struct rng){s->rng_state[i], s->rng_stream[i]};
     sampler_skip_to(&r, dimension);
-    struct vec2 light = sampler_next_2d(&r), direction = sampler_next_2d(&r);
+    return r;
+}
+
+LANE void draw_pairs_lane(struct stream *s, uint32_t i, struct sampler *r)
+{
+    struct vec2 light = sampler_next_2d(r), direction = sampler_next_2d(r);
     s->u[0][i] = light.x;
     s->u[1][i] = light.y;
     s->u[2][i] = direction.x;
     s->u[3][i] = direction.y;
-    s->u[4][i] = sampler_next_1d(&r);
-    s->u[5][i] = sampler_next_1d(&r);
-    if (kind == SAMPLER_INDEPENDENT) s->rng_state[i] = r.rng.state;
 }
 
-KERNEL draw(struct stream *s, enum sampler_kind kind, uint32_t dimension)
+/* In order. */
+KERNEL draw_independent(struct stream *s)
+{
+    uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) {
+        struct sampler r = sampler_lane(s, i, SAMPLER_INDEPENDENT, 0);
+        draw_pairs_lane(s, i, &r);
+        s->u[4][i] = sampler_next_1d(&r);
+        s->u[5][i] = sampler_next_1d(&r);
+        s->rng_state[i] = r.rng.state;
+    }
+}
+
+/* Every dimension for itself. */
+KERNEL draw(struct stream *s, enum sampler_kind kind, uint32_t dimension, uint32_t wanted)
 {
     uint32_t n = s->n;
     if (kind == SAMPLER_INDEPENDENT) {
+        draw_independent(s);
+        return;
+    }
 #pragma omp simd
-        for (uint32_t i = 0; i < n; i++) draw_lane(s, i, SAMPLER_INDEPENDENT, dimension);
-    } else {
+    for (uint32_t i = 0; i < n; i++) {
+        struct sampler r = sampler_lane(s, i, SAMPLER_SOBOL, dimension);
+        draw_pairs_lane(s, i, &r);
+    }
+    for (uint32_t k = 0; k < 2; k++) {
+        if (!(wanted & (k == 0 ? STREAM_LOBE : STREAM_ROULETTE))) continue;
+        float *u = s->u[4 + k];
 #pragma omp simd
-        for (uint32_t i = 0; i < n; i++) draw_lane(s, i, SAMPLER_SOBOL, dimension);
+        for (uint32_t i = 0; i < n; i++) {
+            struct sampler r = sampler_lane(s, i, SAMPLER_SOBOL, dimension + 4 + k);
+            u[i] = sampler_next_1d(&r);
+        }
     }
 }
 
@@ -236,7 +266,7 @@ LANE void scatter_lane(struct stream *s, uint32_t i, float least_survival)
     struct frame frame = lane_frame(s, i);
     float most = vec3_max(throughput), eta = s->eta[i] * s->wo_eta[i];
     float survival = max_float(path_survival(most, eta), least_survival);
-    bool survives = (most > 0.0f) & (s->u[5][i] < survival);
+    bool survives = (most > 0.0f) & ((s->u[5][i] < survival) | (survival >= 1.0f));
     struct ray ray = surface_ray(p, lanes3_get(&s->normal, i),
                                  frame_to_world(&frame, lanes3_get(&s->wo, i)));
     s->is_alive[i] &= survives;

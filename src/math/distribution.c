@@ -96,16 +96,23 @@ void distribution2d_release(struct distribution2d *d)
     *d = (struct distribution2d){0};
 }
 
+void distribution2d_choose(const struct distribution2d *d, float *u, float *v, uint32_t *column,
+                           uint32_t *row, float *pdf)
+{
+    *row = invert(d->rows, d->height, v);
+    const float *rows = d->rows + *row, *cdf = d->cells + (size_t)*row * (d->width + 1);
+    *column = invert(cdf, d->width, u);
+    *pdf = (rows[1] - rows[0]) * (float)d->height * (cdf[*column + 1] - cdf[*column]) *
+           (float)d->width;
+}
+
 void distribution2d_sample(const struct distribution2d *d, float u, float v, float *x, float *y,
                            float *pdf)
 {
-    uint32_t row = invert(d->rows, d->height, &v);
-    const float *cdf = d->cells + (size_t)row * (d->width + 1);
-    uint32_t column = invert(cdf, d->width, &u);
+    uint32_t column, row;
+    distribution2d_choose(d, &u, &v, &column, &row, pdf);
     *x = min_float(((float)column + u) / (float)d->width, below_one);
     *y = min_float(((float)row + v) / (float)d->height, below_one);
-    *pdf = (d->rows[row + 1] - d->rows[row]) * (float)d->height * (cdf[column + 1] - cdf[column]) *
-           (float)d->width;
 }
 
 float distribution2d_pdf(const struct distribution2d *d, float x, float y)

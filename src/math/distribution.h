@@ -48,6 +48,11 @@ bool distribution2d_init(struct distribution2d *d, const float *weights, uint32_
                          uint32_t height);
 void distribution2d_release(struct distribution2d *d);
 
+/* A cell, the place (*u, *v) in it in [0,1)^2, and its density with respect to area of the unit
+ * square. */
+void distribution2d_choose(const struct distribution2d *d, float *u, float *v, uint32_t *column,
+                           uint32_t *row, float *pdf);
+
 /* A place (x, y) in [0,1)^2 and its density with respect to area of the unit square. */
 void distribution2d_sample(const struct distribution2d *d, float u, float v, float *x, float *y,
                            float *pdf);

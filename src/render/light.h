@@ -154,7 +154,14 @@ void envmap_weigh(struct world_envmap *e, float *weights);
 bool envmap_init(struct world_envmap *e, const struct bitmap *b, const float decode[256]);
 void envmap_release(struct world_envmap *e);
 struct vec3 envmap_eval(const struct world_envmap *e, struct vec3 d);
-struct vec3 envmap_sample(const struct world_envmap *e, float u, float v, float *pdf);
+/* Values around a cell: left and right, then the same below. */
+void envmap_nodes(const struct world_envmap *e, uint32_t column, uint32_t row,
+                  struct vec3 nodes[4]);
 float envmap_pdf(const struct world_envmap *e, struct vec3 d);
+/* d(place in the unit square) / d(solid angle) = 1 / (2 pi span sin theta). */
+MATH_INLINE float envmap_density(const struct world_envmap *e, float sin_theta)
+{
+    return 1.0f / (2.0f * MATH_PI * e->span * max_float(sin_theta, 1e-7f));
+}
 
 #endif

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Lights all around the scene, and the sun, which is a small part of that. */
+#include "render/light_around.h"
+
 #include "base/mem.h"
-#include "render/light.h"
 #include "render/sky_model.h"
 
 /* ---- Sky and sun ----------------------------------------------------------------------------- */
@@ -78,13 +79,6 @@ static struct vec3 to_table(const struct sky *s, const struct emitter *e, struct
     return vec3(s->cos_azimuth * l.y - s->sin_azimuth * l.x, l.z, -x);
 }
 
-static struct vec3 from_table(const struct sky *s, const struct emitter *e, struct vec3 d)
-{
-    struct vec3 l = {-s->cos_azimuth * d.z - s->sin_azimuth * d.x,
-                     s->cos_azimuth * d.x - s->sin_azimuth * d.z, d.y};
-    return vec3_normalize(transform_vector(&e->to_world, l));
-}
-
 /* Radiance of the sun's disk, which sends the same light whatever its size. */
 static struct vec3 sun_radiance(const struct sky *s, const struct emitter *e)
 {
@@ -96,14 +90,6 @@ static bool is_in_sun(const struct sky *s, struct vec3 d)
 {
     struct vec3 off = vec3_sub(d, s->to_sun);
     return vec3_dot(off, off) <= 2.0f * s->sun_height;
-}
-
-static struct vec3 sample_sun(const struct sky *s, float u1, float u2)
-{
-    float h = s->sun_height * u1, sine = sqrtf(h * (2.0f - h)), sin_phi, cos_phi;
-    warp_sincos_turn(u2, &sin_phi, &cos_phi);
-    struct frame f = frame_from_normal(s->to_sun);
-    return vec3_normalize(frame_to_world(&f, vec3(cos_phi * sine, sin_phi * sine, 1.0f - h)));
 }
 
 /* ---- All kinds ------------------------------------------------------------------------------- */
@@ -156,29 +142,58 @@ float light_environment_pdf(const struct view *v, const struct light *l, struct 
     return density(v, l, d) * light_probability(v, reference, (uint32_t)(l - v->lights));
 }
 
+void light_around_init(struct light_around *a, const struct view *v, const struct light *l)
+{
+    const struct emitter *e = &v->state.emitters[l->emitter];
+    const struct transform *m = &e->to_world;
+    const struct sky *s = l->sky;
+    *a = (struct light_around){.kind = l->kind, .scale = e->scale};
+    switch (l->kind) {
+    case EMITTER_CONSTANT:
+        a->radiance = vec3_scale(texture_eval(&v->textures, e->radiance, 0.0f, 0.0f), e->scale);
+        break;
+    case EMITTER_SUN: {
+        const struct frame f = frame_from_normal(s->to_sun);
+        a->x = f.s;
+        a->y = f.t;
+        a->z = f.n;
+        a->radiance = sun_radiance(s, e);
+        a->sun_height = s->sun_height;
+        a->up = s->up;
+        break;
+    }
+    case EMITTER_SKY:
+        a->map = &s->map;
+        a->scale *= e->sky_scale;
+        a->x = transform_vector(m, vec3(-s->sin_azimuth, s->cos_azimuth, 0.0f));
+        a->y = transform_vector(m, vec3(0.0f, 0.0f, 1.0f));
+        a->z = transform_vector(m, vec3(-s->cos_azimuth, -s->sin_azimuth, 0.0f));
+        break;
+    default:
+        a->map = &v->world->envmaps[e->bitmap];
+        a->x = transform_vector(m, vec3(1.0f, 0.0f, 0.0f));
+        a->y = transform_vector(m, vec3(0.0f, 1.0f, 0.0f));
+        a->z = transform_vector(m, vec3(0.0f, 0.0f, 1.0f));
+    }
+}
+
 bool light_environment_sample(const struct view *v, const struct light *l, float u1, float u2,
                               struct light_sample *s)
 {
-    const struct emitter *e = &v->state.emitters[l->emitter];
+    struct light_around a;
+    light_around_init(&a, v, l);
     s->is_infinite = true;
     if (l->kind == EMITTER_CONSTANT) {
-        s->d = warp_sphere(u1, u2);
-        s->pdf = WARP_SPHERE_PDF;
-        s->weight = light_environment_radiance(v, l, s->d);
-    } else if (l->kind == EMITTER_SKY) {
-        struct vec3 d = envmap_sample(&l->sky->map, u1, u2, &s->pdf);
-        s->weight = vec3_scale(envmap_eval(&l->sky->map, d), e->scale * e->sky_scale);
-        s->d = from_table(l->sky, e, d);
+        light_around_constant(&a, u1, u2, s);
     } else if (l->kind == EMITTER_SUN) {
-        s->d = sample_sun(l->sky, u1, u2);
-        s->pdf = 0.5f * MATH_INV_PI / l->sky->sun_height;
-        bool is_up = vec3_dot(s->d, l->sky->up) >= 0.0f;
-        s->weight = is_up ? sun_radiance(l->sky, e) : vec3_splat(0.0f);
+        light_around_sun(&a, u1, u2, s);
     } else {
-        const struct world_envmap *map = &v->world->envmaps[e->bitmap];
-        struct vec3 d = envmap_sample(map, u1, u2, &s->pdf);
-        s->weight = vec3_scale(envmap_eval(map, d), e->scale);
-        s->d = vec3_normalize(transform_vector(&e->to_world, d));
+        uint32_t column, row;
+        float density;
+        struct vec3 nodes[4];
+        distribution2d_choose(&a.map->cells, &u1, &u2, &column, &row, &density);
+        envmap_nodes(a.map, column, row, nodes);
+        light_around_map(&a, (int32_t)column, (int32_t)row, u1, u2, density, nodes, s);
     }
     return true;
 }

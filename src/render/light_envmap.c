@@ -78,6 +78,15 @@ static struct vec2 grid_place(const struct world_envmap *e, struct vec3 d)
     return (struct vec2){u, v};
 }
 
+void envmap_nodes(const struct world_envmap *e, uint32_t x, uint32_t y, struct vec3 nodes[4])
+{
+    uint32_t right = x + 1 < e->width ? x + 1 : 0;
+    nodes[0] = node(e, x, y);
+    nodes[1] = node(e, right, y);
+    nodes[2] = node(e, x, y + 1);
+    nodes[3] = node(e, right, y + 1);
+}
+
 struct vec3 envmap_eval(const struct world_envmap *e, struct vec3 d)
 {
     struct vec2 g = grid_place(e, d);
@@ -86,33 +95,17 @@ struct vec3 envmap_eval(const struct world_envmap *e, struct vec3 d)
     uint32_t x0 = (uint32_t)x, y0 = (uint32_t)y;
     if (x0 >= e->width) x0 = e->width - 1;
     if (y0 >= e->height - 1) y0 = e->height - 2;
-    uint32_t x1 = x0 + 1 < e->width ? x0 + 1 : 0;
+    struct vec3 nodes[4];
+    envmap_nodes(e, x0, y0, nodes);
     float wx = x - (float)x0, wy = y - (float)y0;
-    struct vec3 top = vec3_madd(vec3_scale(node(e, x0, y0), 1.0f - wx), node(e, x1, y0), wx);
-    struct vec3 bottom = vec3_madd(vec3_scale(node(e, x0, y0 + 1), 1.0f - wx), node(e, x1, y0 + 1),
-                                   wx);
+    struct vec3 top = vec3_madd(vec3_scale(nodes[0], 1.0f - wx), nodes[1], wx);
+    struct vec3 bottom = vec3_madd(vec3_scale(nodes[2], 1.0f - wx), nodes[3], wx);
     return vec3_madd(vec3_scale(top, 1.0f - wy), bottom, wy);
-}
-
-/* d(place) / d(solid angle) = 1 / (2 pi span sin theta). */
-static float place_density(const struct world_envmap *e, float sin_theta)
-{
-    return 1.0f / (2.0f * MATH_PI * e->span * max_float(sin_theta, 1e-7f));
-}
-
-struct vec3 envmap_sample(const struct world_envmap *e, float u, float v, float *pdf)
-{
-    float x, y;
-    distribution2d_sample(&e->cells, u, v, &x, &y, pdf);
-    float phi = (x + 0.5f / (float)e->width) * (2.0f * MATH_PI), theta = y * e->span;
-    float sin_theta = sinf(theta);
-    *pdf *= place_density(e, sin_theta);
-    return vec3(sinf(phi) * sin_theta, cosf(theta), -cosf(phi) * sin_theta);
 }
 
 float envmap_pdf(const struct world_envmap *e, struct vec3 d)
 {
     struct vec2 g = grid_place(e, d);
     float y = g.y > 1.0f && g.y <= 1.0f + 1e-6f ? 1.0f : g.y; /* acos of pi, rounded up */
-    return distribution2d_pdf(&e->cells, g.x, y) * place_density(e, sqrtf(d.x * d.x + d.z * d.z));
+    return distribution2d_pdf(&e->cells, g.x, y) * envmap_density(e, sqrtf(d.x * d.x + d.z * d.z));
 }

@@ -4,6 +4,7 @@
 #include "base/clock.h"
 #include "base/cpu.h"
 #include "render/chain.h"
+#include "render/light_around.h"
 #include "render/light_table.h"
 #include "render/photon.h"
 #include "render/stream_arrive.h"
@@ -157,18 +158,36 @@ static void sample_light(struct stream *s, const struct view *v, uint32_t i)
     s->light_index[i] = (int32_t)l.light;
 }
 
+/* For the lanes that have chosen an environment. */
+static void sample_environment(struct stream *s, const struct view *v, uint32_t light)
+{
+    uint32_t n = 0, lanes[STREAM_SIZE];
+    struct light_around a;
+    for (uint32_t i = 0; i < s->n; i++)
+        if (s->has_light[i] && s->light_index[i] == (int32_t)light) lanes[n++] = i;
+    if (n == 0) return;
+    light_around_init(&a, v, &v->lights[light]);
+    if (light_around_is_small(&a))
+        v->world->kernels->light_around(s, &a, lanes, n);
+    else
+        for (uint32_t k = 0; k < n; k++) sample_light(s, v, lanes[k]);
+}
+
 /* Light samples of the lanes that want one. */
 static void sample_lights(struct stream *s, const struct view *v)
 {
     const struct stream_kernels *kernels = v->world->kernels;
-    uint32_t n_others = 0, others[STREAM_SIZE];
     if (light_is_guided(v)) kernels->choose_light(s, &v->guide);
-    for (uint32_t i = 0; !light_table_is_whole(v) && i < s->n; i++)
-        if (s->has_light[i] &&
-            !(light_is_guided(v) && light_table_has(&v->table, (uint32_t)s->light_index[i])))
-            others[n_others++] = i;
     if (v->table.n > 0) kernels->light(s, &v->table);
-    for (uint32_t k = 0; k < n_others; k++) sample_light(s, v, others[k]);
+    if (light_table_is_whole(v)) return;
+    for (uint32_t i = 0; i < s->n; i++) {
+        uint32_t light = (uint32_t)s->light_index[i];
+        bool is_known = light_is_guided(v) &&
+                        (light >= v->first_environment || light_table_has(&v->table, light));
+        if (s->has_light[i] && !is_known) sample_light(s, v, i);
+    }
+    for (uint32_t k = v->first_environment; light_is_guided(v) && k < v->n_lights; k++)
+        sample_environment(s, v, k);
 }
 
 /* Samples a light for every path and adds it where nothing is in the way. */

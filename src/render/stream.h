@@ -155,6 +155,7 @@ struct stream_film {
 };
 
 struct first_hits;
+struct light_around;
 
 /* Steps over all lanes of a stream, alive or not. */
 struct stream_kernels {
@@ -171,6 +172,9 @@ struct stream_kernels {
     void (*choose_light)(struct stream *s, const struct light_guide *g);
     /* Light samples from a table, for lanes that want one: has_light. */
     void (*light)(struct stream *s, const struct light_table *t);
+    /* The same from an environment, for these lanes. */
+    void (*light_around)(struct stream *s, const struct light_around *a, const uint32_t *lanes,
+                         uint32_t n_lanes);
     /* light_wo, and value and value_pdf of diffuse lanes. */
     void (*eval)(struct stream *s);
     /* The same of the lanes that have facets; their next directions. */

@@ -326,6 +326,7 @@ const struct stream_kernels STREAM_KERNELS = {
     .surface = surface,
     .choose_light = choose_light,
     .light = light,
+    .light_around = light_around,
     .eval = eval,
     .connect = connect,
     .add_lights = add_lights,

@@ -42,7 +42,8 @@ struct first_hits {
     uint32_t n;
 
     /* What is looked at: the sample of a pixel of the full picture, its centre. */
-    uint32_t x[STREAM_SIZE], y[STREAM_SIZE], sample[STREAM_SIZE];
+    _Alignas(STREAM_ALIGNMENT) uint32_t x[STREAM_SIZE];
+    uint32_t y[STREAM_SIZE], sample[STREAM_SIZE];
     uint64_t pixel[STREAM_SIZE];
     float center_x[STREAM_SIZE], center_y[STREAM_SIZE];
     uint32_t is_inside[STREAM_SIZE]; /* the picture: others are not traced */

@@ -6,7 +6,7 @@
 
 struct facet_block {
     uint32_t n, n_filled; /* the last vector is filled: the rest of a loop would go lane by lane */
-    uint32_t lane[STREAM_SIZE]; /* of the stream */
+    _Alignas(STREAM_ALIGNMENT) uint32_t lane[STREAM_SIZE]; /* of the stream */
     float alpha_u[STREAM_SIZE], alpha_v[STREAM_SIZE];
     struct lanes3 wi, wo, specular, value;
     float pdf[STREAM_SIZE];

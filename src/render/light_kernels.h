@@ -116,7 +116,8 @@ KERNEL choose_elements(struct stream *s, const struct light_table *t)
 
 /* What is known of all lanes' elements: struct light_element, number by number. */
 struct element_lanes {
-    float fields[LIGHT_FIELDS][STREAM_SIZE], radiance[3][STREAM_SIZE];
+    _Alignas(STREAM_ALIGNMENT) float fields[LIGHT_FIELDS][STREAM_SIZE];
+    float radiance[3][STREAM_SIZE];
 };
 
 /* to[i] = column[index[i]] of LIGHT_TABLE_FEW. Two registers hold a column: that is many times

@@ -19,9 +19,9 @@
  * packet's other rays in the last bit, so this keeps a pixel's bytes the same in whatever window it
  * is traced, if the same samples of it always share a stream.
  *
- * STREAM_VECTOR: lanes of the longest vectors.
+ * STREAM_VECTOR: lanes of the longest vectors; STREAM_ALIGNMENT: their bytes.
  */
-enum { STREAM_SIZE = 128, STREAM_PACKET = 16, STREAM_VECTOR = 16 };
+enum { STREAM_SIZE = 128, STREAM_PACKET = 16, STREAM_VECTOR = 16, STREAM_ALIGNMENT = 64 };
 
 struct lanes3 {
     float x[STREAM_SIZE], y[STREAM_SIZE], z[STREAM_SIZE];
@@ -64,7 +64,11 @@ enum stream_numbers { STREAM_LOBE = 1, STREAM_ROULETTE = 2 };
 struct stream {
     uint64_t ray_ticks; /* sums up what casting takes */
     uint32_t n;         /* lanes in use; those of dead paths compute nothing that matters */
-    uint32_t is_alive[STREAM_SIZE];
+    uint32_t n_facets[FACET_LISTS_N]; /* lanes of rough conductors and plastics */
+    uint32_t n_scalar;                /* of materials that no vector code knows */
+
+    /* Arrays lie on whole vectors: compilers would have loops begin lane by lane. */
+    _Alignas(STREAM_ALIGNMENT) uint32_t is_alive[STREAM_SIZE];
 
     /* Where a path starts: the centre of its pixel in the full picture. */
     float center_x[STREAM_SIZE], center_y[STREAM_SIZE];
@@ -101,10 +105,7 @@ struct stream {
     uint32_t bsdf_is_twosided[STREAM_SIZE]; /* and plain */
     float bsdf_side[STREAM_SIZE];           /* -1 where seen from behind and two-sided, else 1 */
     struct lanes3 reflectance;
-    uint32_t n_facets[FACET_LISTS_N]; /* rough conductors and plastics, by lane */
-    uint32_t facets[FACET_LISTS_N][STREAM_SIZE];
-    uint32_t n_scalar; /* the others, by lane */
-    uint32_t scalar[STREAM_SIZE];
+    uint32_t facets[FACET_LISTS_N][STREAM_SIZE], scalar[STREAM_SIZE];
     const struct bsdf_point *bsdf[STREAM_SIZE]; /* all but plain ones */
     struct bsdf_point own_bsdf[STREAM_SIZE];    /* of those that are looked up lane by lane */
 

@@ -4,28 +4,15 @@
  * brought back. */
 #include "render/facets.h"
 
-struct facet_block {
-    uint32_t n, n_filled; /* the last vector is filled: the rest of a loop would go lane by lane */
-    _Alignas(STREAM_ALIGNMENT) uint32_t lane[STREAM_SIZE]; /* of the stream */
-    float alpha_u[STREAM_SIZE], alpha_v[STREAM_SIZE];
-    struct lanes3 wi, wo, specular, value;
-    float pdf[STREAM_SIZE];
-    struct lanes3 eta, k; /* conductors */
-    /* Plastics. */
-    struct lanes3 base;
-    float index[STREAM_SIZE], specular_weight[STREAM_SIZE];
-    float internal[STREAM_SIZE], nonlinear[STREAM_SIZE];
-    float t_i[STREAM_SIZE], t_o[STREAM_SIZE]; /* what the coat lets through */
-    float u1[STREAM_SIZE], u2[STREAM_SIZE], v2[STREAM_SIZE];
-};
-
 /* From the lanes of a list; directions into the material's own frame. */
-static void facets_gather(struct facet_block *b, const struct stream *s, enum facet_list list)
+static void facets_gather_list(struct facet_block *b, struct stream *s, enum facet_list list)
 {
+    uint32_t *lanes = s->facets[list];
     b->n = s->n_facets[list];
     b->n_filled = (b->n + STREAM_VECTOR - 1) / STREAM_VECTOR * STREAM_VECTOR;
+    for (uint32_t k = b->n; k < b->n_filled; k++) lanes[k] = lanes[0];
     for (uint32_t k = 0; k < b->n_filled; k++) {
-        const uint32_t i = b->lane[k] = s->facets[list][k < b->n ? k : 0];
+        const uint32_t i = lanes[k];
         const struct bsdf_point *p = s->bsdf[i];
         const float side = p->is_mirrored ? -1.0f : 1.0f;
         struct vec3 wi = lanes3_get(&s->wi, i);
@@ -47,11 +34,18 @@ static void facets_gather(struct facet_block *b, const struct stream *s, enum fa
     }
 }
 
+static void facets_gather(struct stream *s)
+{
+    for (enum facet_list list = 0; list < FACET_LISTS_N; list++)
+        if (s->n_facets[list] > 0) facets_gather_list(&s->facet_blocks[list], s, list);
+}
+
 static void facets_let_out(struct facet_block *b, const struct stream *s, enum facet_list list)
 {
     if (!facet_list_is_plastic(list)) return;
     for (uint32_t k = 0; k < b->n_filled; k++)
-        b->t_o[k] = coat_transmittance(&s->bsdf[b->lane[k]]->coat, max_float(b->wo.z[k], 0.0f));
+        b->t_o[k] = coat_transmittance(&s->bsdf[s->facets[list][k]]->coat,
+                                       max_float(b->wo.z[k], 0.0f));
 }
 
 LANE void facets_eval_lane(struct facet_block *b, uint32_t k, enum facet_list list)
@@ -124,22 +118,21 @@ KERNEL facets_sample_block(struct facet_block *b, enum facet_list list)
 static void facets_eval(struct stream *s)
 {
     for (enum facet_list list = 0; list < FACET_LISTS_N; list++) {
-        struct facet_block b;
+        struct facet_block *b = &s->facet_blocks[list];
         if (s->n_facets[list] == 0) continue;
-        facets_gather(&b, s, list);
-        for (uint32_t k = 0; k < b.n_filled; k++) {
-            const uint32_t i = b.lane[k];
+        for (uint32_t k = 0; k < b->n_filled; k++) {
+            const uint32_t i = s->facets[list][k];
             const float side = s->bsdf[i]->is_mirrored ? -1.0f : 1.0f;
             struct vec3 wo = lanes3_get(&s->light_wo, i);
-            lanes3_set(&b.wo, k, vec3(wo.x, wo.y, wo.z * side));
+            lanes3_set(&b->wo, k, vec3(wo.x, wo.y, wo.z * side));
         }
-        facets_let_out(&b, s, list);
-        facets_eval_block(&b, list);
-        for (uint32_t k = 0; k < b.n; k++) {
-            const uint32_t i = b.lane[k];
-            bool is_lit = b.wi.z[k] > 0.0f && b.wo.z[k] > 0.0f;
-            lanes3_set(&s->value, i, is_lit ? lanes3_get(&b.value, k) : vec3_splat(0.0f));
-            s->value_pdf[i] = is_lit ? b.pdf[k] : 0.0f;
+        facets_let_out(b, s, list);
+        facets_eval_block(b, list);
+        for (uint32_t k = 0; k < b->n; k++) {
+            const uint32_t i = s->facets[list][k];
+            bool is_lit = b->wi.z[k] > 0.0f && b->wo.z[k] > 0.0f;
+            lanes3_set(&s->value, i, is_lit ? lanes3_get(&b->value, k) : vec3_splat(0.0f));
+            s->value_pdf[i] = is_lit ? b->pdf[k] : 0.0f;
         }
     }
 }
@@ -148,26 +141,25 @@ static void facets_eval(struct stream *s)
 static void facets_sample(struct stream *s)
 {
     for (enum facet_list list = 0; list < FACET_LISTS_N; list++) {
-        struct facet_block b;
+        struct facet_block *b = &s->facet_blocks[list];
         if (s->n_facets[list] == 0) continue;
-        facets_gather(&b, s, list);
-        for (uint32_t k = 0; k < b.n_filled; k++) {
-            const uint32_t i = b.lane[k];
-            b.u1[k] = s->u[4][i];
-            b.u2[k] = s->u[2][i];
-            b.v2[k] = s->u[3][i];
+        for (uint32_t k = 0; k < b->n_filled; k++) {
+            const uint32_t i = s->facets[list][k];
+            b->u1[k] = s->u[4][i];
+            b->u2[k] = s->u[2][i];
+            b->v2[k] = s->u[3][i];
         }
-        facets_sample_block(&b, list);
+        facets_sample_block(b, list);
         if (facet_list_is_plastic(list)) {
-            facets_let_out(&b, s, list);
-            facets_eval_block(&b, list);
+            facets_let_out(b, s, list);
+            facets_eval_block(b, list);
         }
-        for (uint32_t k = 0; k < b.n; k++) {
-            const uint32_t i = b.lane[k];
-            const float side = s->bsdf[i]->is_mirrored ? -1.0f : 1.0f, pdf = b.pdf[k];
-            struct vec3 wo = lanes3_get(&b.wo, k), weight = lanes3_get(&b.value, k);
+        for (uint32_t k = 0; k < b->n; k++) {
+            const uint32_t i = s->facets[list][k];
+            const float side = s->bsdf[i]->is_mirrored ? -1.0f : 1.0f, pdf = b->pdf[k];
+            struct vec3 wo = lanes3_get(&b->wo, k), weight = lanes3_get(&b->value, k);
             bool is_finite = vec3_is_finite(wo); /* not of absurd values, or from below */
-            bool is_lit = is_finite && b.wi.z[k] > 0.0f && wo.z > 0.0f && pdf > 0.0f;
+            bool is_lit = is_finite && b->wi.z[k] > 0.0f && wo.z > 0.0f && pdf > 0.0f;
             if (facet_list_is_plastic(list)) weight = vec3_scale(weight, 1.0f / pdf);
             if (!is_lit) weight = vec3_splat(0.0f);
             lanes3_set(&s->wo, i, is_finite ? vec3(wo.x, wo.y, wo.z * side) : vec3(0, 0, 1));

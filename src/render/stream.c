@@ -312,6 +312,7 @@ void stream_trace(struct stream *s, const struct view *v, const struct trace_set
     for (int32_t depth = 0; stream_arrive(s, v, t, depth); depth++) {
         v->world->kernels->draw(s, t->sampler, path_dimension(depth),
                                 wanted_numbers(s, v, t, depth));
+        v->world->kernels->facets_gather(s);
         connect(s, v, t);
         scatter(s, v, t, depth);
         stream_cast(s, v, false);

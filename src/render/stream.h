@@ -58,6 +58,22 @@ static inline enum microfacet_kind facet_list_kind(enum facet_list list)
     return list % 2 == 0 ? MICROFACET_GGX : MICROFACET_BECKMANN;
 }
 
+/* Lanes of a list brought together: what vector code wants to know of them. */
+struct facet_block {
+    uint32_t n, n_filled; /* the last vector is filled: the rest of a loop would go lane by lane */
+    _Alignas(STREAM_ALIGNMENT) float alpha_u[STREAM_SIZE];
+    float alpha_v[STREAM_SIZE];
+    struct lanes3 wi, wo, specular, value;
+    float pdf[STREAM_SIZE];
+    struct lanes3 eta, k; /* conductors */
+    /* Plastics. */
+    struct lanes3 base;
+    float index[STREAM_SIZE], specular_weight[STREAM_SIZE];
+    float internal[STREAM_SIZE], nonlinear[STREAM_SIZE];
+    float t_i[STREAM_SIZE], t_o[STREAM_SIZE]; /* what the coat lets through */
+    float u1[STREAM_SIZE], u2[STREAM_SIZE], v2[STREAM_SIZE];
+};
+
 /* Random numbers that not every bounce uses. */
 enum stream_numbers { STREAM_LOBE = 1, STREAM_ROULETTE = 2 };
 
@@ -106,6 +122,7 @@ struct stream {
     float bsdf_side[STREAM_SIZE];           /* -1 where seen from behind and two-sided, else 1 */
     struct lanes3 reflectance;
     uint32_t facets[FACET_LISTS_N][STREAM_SIZE], scalar[STREAM_SIZE];
+    struct facet_block facet_blocks[FACET_LISTS_N];
     const struct bsdf_point *bsdf[STREAM_SIZE]; /* all but plain ones */
     struct bsdf_point own_bsdf[STREAM_SIZE];    /* of those that are looked up lane by lane */
 
@@ -178,7 +195,9 @@ struct stream_kernels {
                          uint32_t n_lanes);
     /* light_wo, and value and value_pdf of diffuse lanes. */
     void (*eval)(struct stream *s);
-    /* The same of the lanes that have facets; their next directions. */
+    /* Brings together the lanes that have facets. */
+    void (*facets_gather)(struct stream *s);
+    /* The same of these; their next directions. */
     void (*facets_eval)(struct stream *s);
     void (*facets_sample)(struct stream *s);
     /* What connects: is_connected, light, shadow rays. */

@@ -335,6 +335,7 @@ const struct stream_kernels STREAM_KERNELS = {
     .aim = aim,
     .look_at = look_at,
     .describe = describe,
+    .facets_gather = facets_gather,
     .facets_eval = facets_eval,
     .facets_sample = facets_sample,
     .few_cast = few_cast,

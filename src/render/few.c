@@ -342,15 +342,16 @@ void few_init(struct few *f, const struct view *v)
 }
 
 /* Whether shading normals are those of the face, but for rounding: 1; opposite to it: -1; else 0.
- */
-static int shading_side(const struct world_shape *shape, const struct few_face *f)
+ * *n: one of them, so that frames around it are those that interpolated ones have. */
+static int shading_side(const struct world_shape *shape, const struct few_face *f, struct vec3 *n)
 {
     int side = 0;
+    *n = f->ng;
     if (!shape->normals) return 1;
     for (int i = 0; i < 6; i++) {
         const uint32_t *at = shape->indices + 3 * (size_t)f->triangle[i / 3];
-        struct vec3 n = vec3_load(shape->normals + 3 * (size_t)at[i % 3]);
-        struct vec3 ng = vec3_normalize(f->ng), here = vec3_normalize(n);
+        *n = vec3_load(shape->normals + 3 * (size_t)at[i % 3]);
+        struct vec3 ng = vec3_normalize(f->ng), here = vec3_normalize(*n);
         int sign = vec3_dot(ng, here) < 0.0f ? -1 : 1;
         struct vec3 off = vec3_madd(here, ng, -(float)sign);
         if (!(vec3_dot(off, off) < 1e-10f) || sign == -side) return 0;
@@ -376,10 +377,11 @@ void few_look_init(struct few *f, const struct view *v)
         const struct world_shape *shape = &in->shapes[face->shape];
         const struct material *m = &v->materials[v->state.shape_bsdfs[shape->index]];
         if (!m->is_plain || m->texture != SCENE_NONE || shape->emitter != SCENE_NONE) continue;
-        int side = shape->kind == SHAPE_MESH ? shading_side(shape, face) : 0;
+        struct vec3 n;
+        int side = shape->kind == SHAPE_MESH ? shading_side(shape, face, &n) : 0;
         if (side == 0) continue;
-        struct vec3 n = in->is_identity ? face->ng : transform_normal(in->to_world, face->ng);
-        few_set(&look->normal, i, shape->is_flipped ? vec3_neg(n) : n);
+        if (!in->is_identity) n = transform_normal(in->to_world, n);
+        few_set(&look->shading, i, shape->is_flipped ? vec3_neg(n) : n);
         few_set(&look->reflectance, i, m->reflectance);
         look->flags[i] = FEW_EVEN | (m->is_twosided ? FEW_TWOSIDED : 0) |
                          (side < 0 ? FEW_OPPOSITE : 0);

@@ -58,11 +58,15 @@ struct few_vectors {
 
 /* What rays find, by number of face. Most faces are plain (bsdf.h), do not shine, and have one
  * colour and one normal all over: vector code needs no more of these. Others are not even. */
-enum few_flag { FEW_EVEN = 1, FEW_TWOSIDED = 2, FEW_OPPOSITE = 4 /* shading normals */ };
+enum few_flag {
+    FEW_EVEN = 1,
+    FEW_TWOSIDED = 2,
+    FEW_OPPOSITE = 4 /* to its outer side: shading normals */
+};
 
 struct few_look {
     int32_t flags[FEW_ALL];
-    struct few_vectors reflectance, normal; /* outwards, of any length */
+    struct few_vectors reflectance, shading; /* shading: normal, of any length */
 };
 
 struct few {

@@ -196,11 +196,11 @@ KERNEL few_arrive(struct stream *s, const struct few *few, bool is_surrounded)
     for (uint32_t i = 0; i < n; i++) {
         bool is_hit = s->face[i] >= 0;
         int32_t face = is_hit ? s->face[i] : 0, flags = look->flags[face];
-        struct vec3 normal = few_get(&look->normal, face);
+        struct vec3 shading = few_get(&look->shading, face);
         float side = choose((flags & FEW_OPPOSITE) != 0, -1.0f, 1.0f);
         lanes3_set(&s->p, i, vec3_madd(lanes3_get(&s->o, i), lanes3_get(&s->d, i), s->t[i]));
-        lanes3_set(&s->normal, i, normal);
-        lanes3_set(&s->frame_n, i, vec3_scale(normal, side));
+        lanes3_set(&s->normal, i, vec3_scale(shading, side));
+        lanes3_set(&s->frame_n, i, shading);
         lanes3_set(&s->reflectance, i, few_get(&look->reflectance, face));
         s->bsdf_is_twosided[i] = (flags & FEW_TWOSIDED) != 0;
         s->bsdf_is_smooth[i] = true;

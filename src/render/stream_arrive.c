@@ -61,12 +61,8 @@ static void miss(struct stream *s, const struct view *v, const struct trace_sett
     }
 }
 
-/* What is left to do where a ray has arrived. */
-enum arrival { ARRIVAL_DONE, ARRIVAL_TEXTURED, ARRIVAL_SPECIAL };
-
-/* Reads what the ray has hit; the kernel makes a surface of it. Special is where something shines,
- * or the material is not plain. */
-static enum arrival fetch(struct stream *s, const struct view *v, uint32_t i)
+/* Reads what the ray has hit; the kernel makes a surface of it. */
+static void fetch(struct stream *s, const struct view *v, uint32_t i)
 {
     struct surface surface;
     struct ray ray = lane_ray(s, i);
@@ -81,22 +77,36 @@ static enum arrival fetch(struct stream *s, const struct view *v, uint32_t i)
     s->texture_v[i] = surface.v;
     if (m->picture != SCENE_NONE)
         texture_prefetch(&v->textures, &v->textures.textures[m->picture], surface.u, surface.v);
-    if (m->is_plain) {
-        s->bsdf_is_smooth[i] = true;
-        bool shines = surface.shape->emitter != SCENE_NONE;
-        if (m->texture == SCENE_NONE) {
-            lanes3_set(&s->reflectance, i, m->reflectance);
-            return shines ? ARRIVAL_SPECIAL : ARRIVAL_DONE;
-        }
-        return shines ? ARRIVAL_SPECIAL : ARRIVAL_TEXTURED;
-    }
+    s->bsdf_is_smooth[i] = true;
+    lanes3_set(&s->reflectance, i, m->reflectance);
     /* Tangents wait in lanes that are used later. */
     if (m->has_direction) lanes3_set(&s->wo, i, surface.frame.s);
     if (m->has_tangents) {
         lanes3_set(&s->wo, i, surface.dp_du);
         lanes3_set(&s->weight, i, surface.dp_dv);
     }
-    return ARRIVAL_SPECIAL;
+}
+
+/* The same where it is simple. */
+static void fetch_simple(struct stream *s, const struct view *v, uint32_t i,
+                         const struct view_shape *a)
+{
+    const struct hit *hit = &s->hit[i];
+    const uint32_t *at = a->indices + 3 * (size_t)hit->primitive;
+    struct vec3 shading = hit->ng;
+    struct vec2 uv = {hit->u, hit->v};
+    if (a->normals) shading = surface_interpolate(a->normals, at, hit->u, hit->v);
+    if (a->uvs) uv = surface_uv(a->uvs, at, hit->u, hit->v);
+    s->shape[i] = a->shape;
+    lanes3_set(&s->p, i, vec3_madd(lanes3_get(&s->o, i), lanes3_get(&s->d, i), hit->t));
+    lanes3_set(&s->normal, i, vec3_scale(hit->ng, a->side));
+    lanes3_set(&s->frame_n, i, vec3_scale(shading, a->side));
+    lanes3_set(&s->reflectance, i, a->reflectance);
+    s->bsdf_is_twosided[i] = a->is_twosided;
+    s->bsdf_is_smooth[i] = true;
+    s->texture_u[i] = uv.x;
+    s->texture_v[i] = uv.y;
+    if (a->picture) texture_prefetch(&v->textures, a->picture, uv.x, uv.y);
 }
 
 static void turn_frame(struct stream *s, uint32_t i)
@@ -124,9 +134,9 @@ static void emit(struct stream *s, const struct view *v, const struct trace_sett
 }
 
 /* A plain one that has a texture. */
-static void look_up_texture(struct stream *s, const struct view *v, uint32_t i,
-                            const struct material *m)
+static void look_up_texture(struct stream *s, const struct view *v, uint32_t i)
 {
+    const struct material *m = &v->materials[v->state.shape_bsdfs[s->shape[i]->index]];
     lanes3_set(&s->reflectance, i,
                texture_eval(&v->textures, m->texture, s->texture_u[i], s->texture_v[i]));
 }
@@ -223,28 +233,81 @@ static void gather(struct stream *s, const struct view *v, const struct trace_se
     lanes3_set(&s->radiance, path, vec3_add(lanes3_get(&s->radiance, path), caustic));
 }
 
-/* Asks memory for what fetch() will read of meshes: vertices are known once their numbers are. */
-static void prefetch(const struct stream *s, const struct view *v)
+/* Memory is asked for what a lane will read while lanes before it are worked on: the numbers of its
+ * triangle's corners, then the corners, then the texels. */
+enum { STEP_AHEAD = 12 };
+
+struct arrivals {
+    uint32_t n, lane[STREAM_SIZE]; /* that have hit something */
+    const struct view_shape *shape[STREAM_SIZE];
+    uint32_t n_textured, textured[STREAM_SIZE]; /* plain but for a texture */
+    uint32_t n_special, special[STREAM_SIZE];   /* something shines, or the material is not plain */
+};
+
+static void prefetch_indices(struct arrivals *a, const struct stream *s, const struct view *v,
+                             uint32_t k)
 {
-    const uint32_t *corners[STREAM_SIZE];
-    const struct world_shape *shapes[STREAM_SIZE];
-    uint32_t n = 0;
+    const struct hit *hit = &s->hit[a->lane[k]];
+    a->shape[k] = &v->instances[hit->instance].views[hit->shape];
+    if (a->shape[k]->normals || a->shape[k]->uvs)
+        __builtin_prefetch(a->shape[k]->indices + 3 * (size_t)hit->primitive);
+}
+
+static void prefetch_corners(const struct arrivals *a, const struct stream *s, uint32_t k)
+{
+    const struct view_shape *shape = a->shape[k];
+    if (!shape->normals && !shape->uvs) return;
+    const uint32_t *at = shape->indices + 3 * (size_t)s->hit[a->lane[k]].primitive;
+    for (int c = 0; c < 3; c++) {
+        if (shape->normals) __builtin_prefetch(shape->normals + 3 * (size_t)at[c]);
+        if (shape->uvs) __builtin_prefetch(shape->uvs + 2 * (size_t)at[c]);
+    }
+}
+
+static void arrive_lane(struct arrivals *a, struct stream *s, const struct view *v, uint32_t k,
+                        bool has_photons)
+{
+    const struct view_shape *shape = a->shape[k];
+    uint32_t i = a->lane[k];
+    if (shape->is_simple && v->instances[s->hit[i].instance].is_identity)
+        fetch_simple(s, v, i, shape);
+    else
+        fetch(s, v, i);
+    if (shape->is_special || (has_photons && !shape->is_textured))
+        a->special[a->n_special++] = i;
+    else if (shape->is_textured)
+        a->textured[a->n_textured++] = i;
+}
+
+/* Finds the lanes that something is left to do for, and lets go those that have hit nothing. The
+ * number of lanes that are alive. */
+static uint32_t find_arrivals(struct arrivals *a, struct stream *s, const struct view *v,
+                              const struct trace_settings *t, bool shows_emitters, bool has_photons)
+{
+    const bool is_few = few_is_used(&v->few);
+    uint32_t n_alive = 0, n = 0, lanes[STREAM_SIZE];
+    const uint32_t *takes_part = s->is_alive;
+    if (is_few) {
+        bool is_surrounded = v->first_environment < v->n_lights;
+        v->world->kernels->few_arrive(s, &v->few, is_surrounded);
+        if (!has_photons) takes_part = s->is_special;
+    }
     for (uint32_t i = 0; i < s->n; i++) {
-        const struct hit *hit = &s->hit[i];
-        if (!s->is_alive[i] || hit->shape == SCENE_NONE) continue;
-        const struct world_shape *shape = &v->instances[hit->instance].shapes[hit->shape];
-        if (shape->kind != SHAPE_MESH || (!shape->normals && !shape->uvs)) continue;
-        shapes[n] = shape;
-        corners[n] = shape->indices + 3 * (size_t)hit->primitive;
-        __builtin_prefetch(corners[n++]);
+        lanes[n] = i;
+        n += takes_part[i];
+        n_alive += s->is_alive[i];
     }
     for (uint32_t k = 0; k < n; k++) {
-        for (int c = 0; c < 3; c++) {
-            size_t vertex = corners[k][c];
-            if (shapes[k]->normals) __builtin_prefetch(shapes[k]->normals + 3 * vertex);
-            if (shapes[k]->uvs) __builtin_prefetch(shapes[k]->uvs + 2 * vertex);
+        uint32_t i = lanes[k];
+        if (is_few) find_hit(s, v, i);
+        if (s->hit[i].shape == SCENE_NONE) {
+            miss(s, v, t, i, shows_emitters);
+            n_alive--;
+        } else {
+            a->lane[a->n++] = i;
         }
     }
+    return n_alive;
 }
 
 bool stream_arrive(struct stream *s, const struct view *v, const struct trace_settings *t,
@@ -253,56 +316,35 @@ bool stream_arrive(struct stream *s, const struct view *v, const struct trace_se
     bool shows_emitters = depth > 0 || !t->hide_emitters;
     bool is_last = t->max_depth >= 0 && depth + 1 >= t->max_depth;
     bool has_photons = t->photons[0] != NULL;
-    uint32_t n_alive = 0, n_lanes = 0, lanes[STREAM_SIZE], n_special = 0, special[STREAM_SIZE];
-    uint32_t n_textured = 0, textured[STREAM_SIZE];
-    const bool is_few = few_is_used(&v->few);
-    const uint32_t *takes_part = s->is_alive;
+    struct arrivals a;
+    a.n = a.n_textured = a.n_special = 0;
     s->n_scalar = 0;
     memset(s->n_facets, 0, sizeof s->n_facets);
-    if (is_few) {
-        bool is_surrounded = v->first_environment < v->n_lights;
-        v->world->kernels->few_arrive(s, &v->few, is_surrounded);
-        if (!has_photons) takes_part = s->is_special;
-    } else {
-        prefetch(s, v);
+    if (find_arrivals(&a, s, v, t, shows_emitters, has_photons) == 0) return false;
+    uint32_t n_looked_up = 0;
+    for (uint32_t k = 0; k < a.n + 2 * STEP_AHEAD; k++) {
+        if (k < a.n) prefetch_indices(&a, s, v, k);
+        if (k >= STEP_AHEAD && k - STEP_AHEAD < a.n) prefetch_corners(&a, s, k - STEP_AHEAD);
+        if (k >= 2 * STEP_AHEAD) arrive_lane(&a, s, v, k - 2 * STEP_AHEAD, has_photons);
+        if (!is_last && n_looked_up + STEP_AHEAD < a.n_textured)
+            look_up_texture(s, v, a.textured[n_looked_up++]);
     }
-    for (uint32_t i = 0; i < s->n; i++) {
-        lanes[n_lanes] = i;
-        n_lanes += takes_part[i];
-        n_alive += s->is_alive[i];
-    }
-    for (uint32_t k = 0; k < n_lanes; k++) {
-        uint32_t i = lanes[k];
-        if (is_few ? s->face[i] < 0 : s->hit[i].shape == SCENE_NONE) {
-            n_alive--;
-            miss(s, v, t, i, shows_emitters);
-            continue;
-        }
-        find_hit(s, v, i);
-        enum arrival arrival = fetch(s, v, i);
-        if (arrival == ARRIVAL_SPECIAL || (has_photons && arrival == ARRIVAL_DONE))
-            special[n_special++] = i;
-        else if (arrival == ARRIVAL_TEXTURED)
-            textured[n_textured++] = i;
-    }
-    if (n_alive == 0) return false;
+    while (!is_last && n_looked_up < a.n_textured) look_up_texture(s, v, a.textured[n_looked_up++]);
     v->world->kernels->surface(s);
-    for (uint32_t k = 0; !is_last && k < n_textured; k++) {
-        uint32_t i = textured[k];
-        look_up_texture(s, v, i, &v->materials[v->state.shape_bsdfs[s->shape[i]->index]]);
-        if (has_photons) gather(s, v, t, i, depth);
-    }
-    for (uint32_t k = 0; k < n_special; k++) {
-        uint32_t i = special[k];
+    for (uint32_t k = 0; has_photons && !is_last && k < a.n_textured; k++)
+        gather(s, v, t, a.textured[k], depth);
+    for (uint32_t k = 0; k < a.n_special; k++) {
+        uint32_t i = a.special[k];
         const struct world_shape *shape = s->shape[i];
         uint32_t bsdf = v->state.shape_bsdfs[shape->index];
-        if (v->materials[bsdf].has_direction) turn_frame(s, i);
+        const struct material *m = &v->materials[bsdf];
+        if (m->has_direction) turn_frame(s, i);
         if (shape->emitter != SCENE_NONE && shows_emitters && s->met[i] != PATH_CAUSTIC)
             emit(s, v, t, i);
-        const struct material *m = &v->materials[bsdf];
-        if (!is_last && !m->is_plain) look_up_material(s, v, i, bsdf, has_photons);
-        if (!is_last && m->is_plain && m->texture != SCENE_NONE) look_up_texture(s, v, i, m);
-        if (!is_last && has_photons) gather(s, v, t, i, depth);
+        if (is_last) continue;
+        if (!m->is_plain) look_up_material(s, v, i, bsdf, has_photons);
+        if (m->is_plain && m->texture != SCENE_NONE) look_up_texture(s, v, i);
+        if (has_photons) gather(s, v, t, i, depth);
     }
     return !is_last;
 }

@@ -1,14 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "render/surface.h"
 
-/* a (1-u-v) + b u + c v */
-static struct vec3 interpolate(const float *values, const uint32_t *at, float u, float v)
-{
-    return vec3_madd(vec3_madd(vec3_scale(vec3_load(values + 3 * (size_t)at[0]), 1.0f - u - v),
-                               vec3_load(values + 3 * (size_t)at[1]), u),
-                     vec3_load(values + 3 * (size_t)at[2]), v);
-}
-
 struct frame surface_frame_along(struct vec3 n, struct vec3 dp_du)
 {
     struct vec3 s = vec3_madd(dp_du, n, -vec3_dot(n, dp_du));
@@ -89,15 +81,13 @@ void surface_fetch(struct surface *s, const struct view *v, const struct ray *r,
     if (shape->kind == SHAPE_MESH) {
         const uint32_t *at = shape->indices + 3 * (size_t)hit->primitive;
         if (shape->normals) {
-            ns = interpolate(shape->normals, at, hit->u, hit->v);
+            ns = surface_interpolate(shape->normals, at, hit->u, hit->v);
             has_own_shading = true;
         }
         if (shape->uvs && needs_uv) {
-            const float *a = shape->uvs + 2 * (size_t)at[0], *b = shape->uvs + 2 * (size_t)at[1],
-                        *c = shape->uvs + 2 * (size_t)at[2];
-            float w = 1.0f - hit->u - hit->v;
-            s->u = a[0] * w + b[0] * hit->u + c[0] * hit->v;
-            s->v = a[1] * w + b[1] * hit->u + c[1] * hit->v;
+            struct vec2 uv = surface_uv(shape->uvs, at, hit->u, hit->v);
+            s->u = uv.x;
+            s->v = uv.y;
         } else {
             s->u = hit->u;
             s->v = hit->v;

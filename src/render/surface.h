@@ -32,6 +32,23 @@ void surface_init(struct surface *s, const struct view *v, const struct ray *r,
 void surface_fetch(struct surface *s, const struct view *v, const struct ray *r,
                    const struct hit *hit);
 
+/* Of a value at each vertex, the value at a triangle's point: a (1-u-v) + b u + c v. */
+static inline struct vec3 surface_interpolate(const float *values, const uint32_t *at, float u,
+                                              float v)
+{
+    return vec3_madd(vec3_madd(vec3_scale(vec3_load(values + 3 * (size_t)at[0]), 1.0f - u - v),
+                               vec3_load(values + 3 * (size_t)at[1]), u),
+                     vec3_load(values + 3 * (size_t)at[2]), v);
+}
+
+static inline struct vec2 surface_uv(const float *uvs, const uint32_t *at, float u, float v)
+{
+    const float *a = uvs + 2 * (size_t)at[0], *b = uvs + 2 * (size_t)at[1],
+                *c = uvs + 2 * (size_t)at[2];
+    float w = 1.0f - u - v;
+    return (struct vec2){a[0] * w + b[0] * u + c[0] * v, a[1] * w + b[1] * u + c[1] * v};
+}
+
 /* Normals to unit length. Shading normals that cancel out (bad files) fall back to the face's. */
 static inline void surface_normals(struct vec3 *n, struct vec3 *shading)
 {

@@ -22,6 +22,7 @@ lmn_status view_new(const struct world *w, struct view **out, struct error *err)
     v->materials = mem_new(s->n_bsdfs, sizeof *v->materials);
     v->ready = mem_new(2 * (size_t)s->n_bsdfs, sizeof *v->ready);
     v->looks = mem_new(s->n_bsdfs, sizeof *v->looks);
+    v->shapes = mem_new(s->n_shapes, sizeof *v->shapes);
     v->instances = mem_new(s->n_instances, sizeof *v->instances);
     v->committed = mem_new(s->n_instances, sizeof *v->committed);
     v->lights = mem_new(w->n_lights_max, sizeof *v->lights);
@@ -30,9 +31,9 @@ lmn_status view_new(const struct world *w, struct view **out, struct error *err)
     uint32_t n_coats = material_count_coats(v->state.bsdfs, s->n_bsdfs);
     v->coats = mem_new(n_coats, sizeof *v->coats);
     if ((!v->coats && n_coats) || ((!v->materials || !v->ready) && s->n_bsdfs) ||
-        (!v->looks && s->n_bsdfs) || (!v->instances && s->n_instances) ||
-        (!v->committed && s->n_instances) || (!v->lights && w->n_lights_max) || !v->light_cdf ||
-        (!v->skies && w->n_skies)) {
+        (!v->looks && s->n_bsdfs) || (!v->shapes && s->n_shapes) ||
+        (!v->instances && s->n_instances) || (!v->committed && s->n_instances) ||
+        (!v->lights && w->n_lights_max) || !v->light_cdf || (!v->skies && w->n_skies)) {
         status = fail_memory(err, "view");
         goto done;
     }
@@ -66,6 +67,7 @@ void view_free(struct view *v)
     mem_free(v->materials);
     mem_free(v->ready);
     mem_free(v->looks);
+    mem_free(v->shapes);
     mem_free(v->instances);
     mem_free(v->committed);
     mem_free(v->lights);
@@ -128,6 +130,7 @@ static void refresh_instance(struct view *v, uint32_t index)
                 m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
     v->instances[index] = (struct view_instance){
         .shapes = v->world->shapes + s->groups[i->group].first_shape,
+        .views = v->shapes + s->groups[i->group].first_shape,
         .to_world = &i->to_world,
         .is_identity = is_identity(&i->to_world),
         .determinant = det,
@@ -212,6 +215,26 @@ static void refresh_lights(struct view *v)
     }
 }
 
+static void refresh_shape(struct view *v, uint32_t index)
+{
+    const struct world_shape *shape = &v->world->shapes[index];
+    const struct material *m = &v->materials[v->state.shape_bsdfs[index]];
+    const bool shines = shape->emitter != SCENE_NONE;
+    v->shapes[index] = (struct view_shape){
+        .shape = shape,
+        .indices = shape->indices,
+        .normals = shape->normals,
+        .uvs = m->has_uv || shines ? shape->uvs : NULL,
+        .picture = m->picture != SCENE_NONE ? &v->textures.textures[m->picture] : NULL,
+        .reflectance = m->reflectance,
+        .side = shape->is_flipped ? -1.0f : 1.0f,
+        .is_simple = shape->kind == SHAPE_MESH && !m->has_direction && !m->has_tangents,
+        .is_twosided = m->is_plain && m->is_twosided,
+        .is_textured = m->is_plain && m->texture != SCENE_NONE,
+        .is_special = shines || !m->is_plain,
+    };
+}
+
 void view_refresh(struct view *v, bool is_first)
 {
     const struct scene *s = v->world->scene;
@@ -230,6 +253,7 @@ void view_refresh(struct view *v, bool is_first)
     light_guide_init(&v->guide, v);
     light_table_init(&v->table, v, has_moved);
     material_init(v->materials, v->state.bsdfs, s->n_bsdfs, &v->textures, v->coats, v->ready);
+    for (uint32_t i = 0; i < s->n_shapes; i++) refresh_shape(v, i);
     few_look_init(&v->few, v);
     buffers_init_looks(v->looks, v->materials, s->n_bsdfs, &v->textures);
 }

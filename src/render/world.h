@@ -68,9 +68,23 @@ struct world {
     float decode[2][256];
 };
 
+/* What the ends of rays ask of most shapes, in one line of memory. */
+struct view_shape {
+    const struct world_shape *shape;
+    const uint32_t *indices;
+    const float *normals, *uvs;    /* NULL: none, or not needed */
+    const struct texture *picture; /* that the material looks up; NULL: none */
+    struct vec3 reflectance;       /* plain materials */
+    float side;                    /* of normals: -1 to turn them */
+    bool is_simple;                /* a mesh, and no tangents: what is here suffices */
+    bool is_twosided, is_textured; /* where the material is plain (bsdf.h) */
+    bool is_special;               /* it shines, or the material is not plain */
+};
+
 /* An instance as hits see it. */
 struct view_instance {
     const struct world_shape *shapes; /* of its group */
+    const struct view_shape *views;   /* the same */
     const struct transform *to_world;
     uint32_t first_light; /* of its lights */
     bool is_identity;
@@ -160,6 +174,7 @@ struct view {
     struct bsdf_point *ready;        /* [2 n_bsdfs] */
     struct look *looks;              /* [n_bsdfs] */
     struct coat *coats;              /* one for each rough plastic */
+    struct view_shape *shapes;       /* [n_shapes] */
     struct view_instance *instances; /* [n_instances] */
     struct instance *committed;      /* [n_instances]: as the top level has them */
     struct light *lights;            /* [world->n_lights_max] */

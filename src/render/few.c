@@ -383,8 +383,8 @@ void few_look_init(struct few *f, const struct view *v)
         if (!in->is_identity) n = transform_normal(in->to_world, n);
         few_set(&look->shading, i, shape->is_flipped ? vec3_neg(n) : n);
         few_set(&look->reflectance, i, m->reflectance);
-        look->flags[i] = FEW_EVEN | (m->is_twosided ? FEW_TWOSIDED : 0) |
-                         (side < 0 ? FEW_OPPOSITE : 0);
+        int flags = FEW_EVEN | (m->is_twosided ? FEW_TWOSIDED : 0) | (side < 0 ? FEW_OPPOSITE : 0);
+        look->flags[i] = (float)flags;
     }
 }
 

@@ -65,7 +65,7 @@ enum few_flag {
 };
 
 struct few_look {
-    int32_t flags[FEW_ALL];
+    float flags[FEW_ALL];
     struct few_vectors reflectance, shading; /* shading: normal, of any length */
 };
 

@@ -182,30 +182,46 @@ KERNEL few_cast(struct stream *s, const struct few *few)
     }
 }
 
-LANE struct vec3 few_get(const struct few_vectors *a, int32_t i)
+static void few_look_up(const struct few *few, float *to, const float *column, const int32_t *face,
+                        uint32_t n)
 {
-    return vec3(a->x[i], a->y[i], a->z[i]);
+    if (few->n_faces + few->n_spheres <= LOOK_UP_FEW)
+        look_up(to, column, face, n);
+    else
+        gather(to, column, face, n);
+}
+
+static void few_look_up_3(const struct few *few, struct lanes3 *to, const struct few_vectors *from,
+                          const int32_t *face, uint32_t n)
+{
+    few_look_up(few, to->x, from->x, face, n);
+    few_look_up(few, to->y, from->y, face, n);
+    few_look_up(few, to->z, from->z, face, n);
 }
 
 /* What rays find on faces that are even. */
 KERNEL few_arrive(struct stream *s, const struct few *few, bool is_surrounded)
 {
     const struct few_look *look = &few->look;
+    float flags[STREAM_SIZE];
+    int32_t face[STREAM_SIZE] = {0};
     uint32_t n = s->n;
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) face[i] = s->face[i] < 0 ? 0 : s->face[i];
+    few_look_up(few, flags, look->flags, face, n);
+    few_look_up_3(few, &s->reflectance, &look->reflectance, face, n);
+    few_look_up_3(few, &s->frame_n, &look->shading, face, n);
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) {
         bool is_hit = s->face[i] >= 0;
-        int32_t face = is_hit ? s->face[i] : 0, flags = look->flags[face];
-        struct vec3 shading = few_get(&look->shading, face);
-        float side = choose((flags & FEW_OPPOSITE) != 0, -1.0f, 1.0f);
+        int32_t flag = (int32_t)flags[i];
+        float side = choose((flag & FEW_OPPOSITE) != 0, -1.0f, 1.0f);
         lanes3_set(&s->p, i, vec3_madd(lanes3_get(&s->o, i), lanes3_get(&s->d, i), s->t[i]));
-        lanes3_set(&s->normal, i, vec3_scale(shading, side));
-        lanes3_set(&s->frame_n, i, shading);
-        lanes3_set(&s->reflectance, i, few_get(&look->reflectance, face));
-        s->bsdf_is_twosided[i] = (flags & FEW_TWOSIDED) != 0;
+        lanes3_set(&s->normal, i, vec3_scale(lanes3_get(&s->frame_n, i), side));
+        s->bsdf_is_twosided[i] = (flag & FEW_TWOSIDED) != 0;
         s->bsdf_is_smooth[i] = true;
         s->is_alive[i] &= is_hit | is_surrounded;
-        s->is_special[i] = s->is_alive[i] & !(is_hit & ((flags & FEW_EVEN) != 0));
+        s->is_special[i] = s->is_alive[i] & !(is_hit & ((flag & FEW_EVEN) != 0));
     }
 }
 

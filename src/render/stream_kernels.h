@@ -28,6 +28,8 @@ static inline struct frame lane_frame(const struct stream *s, uint32_t i)
                           lanes3_get(&s->frame_n, i)};
 }
 
+#include "render/look_up_kernels.h"
+
 #include "render/facet_kernels.h"
 #include "render/few_kernels.h"
 #include "render/light_kernels.h"

@@ -41,8 +41,9 @@ MATH_INLINE float fresnel_outside(float cos_i, float eta)
 {
     float inverse = 1.0f / eta;
     float ct = sqrtf(max_float(1.0f - (1.0f - cos_i * cos_i) * inverse * inverse, 0.0f));
-    float s = (cos_i - eta * ct) / (cos_i + eta * ct), p = (ct - eta * cos_i) / (ct + eta * cos_i);
-    float r = 0.5f * (s * s + p * p);
+    float s = (cos_i - eta * ct) * (ct + eta * cos_i), p = (ct - eta * cos_i) * (cos_i + eta * ct);
+    float most = (ct + eta * cos_i) * (cos_i + eta * ct);
+    float r = 0.5f * (s * s + p * p) / (most * most); /* of both polarisations */
     return eta == 1.0f ? 0.0f : r;
 }
 
@@ -54,10 +55,9 @@ static inline float fresnel_conductor_1(float cos_i, float eta, float k)
     float a2b2 = sqrtf(max_float(0.0f, t * t + 4.0f * k * k * eta * eta));
     float a = sqrtf(max_float(0.0f, 0.5f * (a2b2 + t)));
     float t1 = a2b2 + c2, t2 = 2.0f * cos_i * a;
-    float rs = (t1 - t2) / (t1 + t2);
     float t3 = a2b2 * c2 + s2 * s2, t4 = t2 * s2;
-    float rp = rs * (t3 - t4) / (t3 + t4);
-    return 0.5f * (rs + rp);
+    /* (rs + rp) / 2 of rs = (t1 - t2) / (t1 + t2), rp = rs (t3 - t4) / (t3 + t4) */
+    return (t1 - t2) * t3 / ((t1 + t2) * (t3 + t4));
 }
 
 static inline struct vec3 fresnel_conductor(float cos_i, struct vec3 eta, struct vec3 k)

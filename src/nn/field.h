@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef NN_FIELD_H
+#define NN_FIELD_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/error.h"
+#include "nn/adam.h"
+#include "nn/grid.h"
+
+/*
+ * The compact network: radiance of a surface point from learnt encodings of its positions, what its
+ * buffers tell, and the configuration v.
+ *
+ *   e  = [grid_0(p_0), ..., grid_(G-1)(p_(G-1)), features]   G positions: in the world, and in the
+ *                                                             frames of what moves (method 2.3)
+ *   h1 = lrelu(W1 [e, v] + b1)                               E + D -> W
+ *   hk = lrelu(Wk h(k-1) + bk)                               `depth` layers in all
+ *   o  = Wo h + bo                                           W -> 3
+ *   f  = scale * exp(o)                                      per channel; o within [-10, 12]
+ *
+ * scale is what radiance is known to be proportional to, the diffuse albedo. v is constant over a
+ * run of pixels, so its columns fold into one bias per run: exact, in training too.
+ *
+ * Training minimises the relative squared error of linear radiance,
+ *
+ *   (f - y)^2 / (lum(f)^2 + 0.01),   the denominator held constant (NRC 2021, Eq. 6),
+ *
+ * whose minimum is the mean of noisy y: L1 of logarithms loses rare bright samples (method 3.2).
+ *
+ * The layers run on the kernels of kernels.h. All weights lie in one block: the grids' tables, then
+ * layer after layer W row-major [n_out][n_in], columns in the order above, and b [n_out].
+ */
+struct field_config {
+    uint32_t n_grids; /* G, 0 .. 64, all of the same kind */
+    struct grid_config grid;
+    uint32_t n_features;  /* 0 .. 1024 */
+    uint32_t n_variables; /* D, 0 .. 65536 */
+    uint32_t width;       /* W, 1 .. 512 */
+    uint32_t depth;       /* 1 .. 16 */
+    uint32_t max_pixels;  /* of a batch for training; 0: no training, and no memory for it */
+};
+
+/* Pixels of one configuration. The arrays are the caller's. */
+struct field_run {
+    uint32_t n;
+    const float *positions; /* [n][G][3], clamped to [0,1] */
+    const float *features;  /* [n][n_features] */
+    const float *scale;     /* [n][3] */
+    const float *targets;   /* [n][3], radiance: training only */
+    const float *v;         /* [D] */
+};
+
+struct pool;
+struct field;
+
+/* cpu: flags of base/cpu.h that kernels may use. The pool must outlive the field. All memory is
+ * taken here. */
+lmn_status field_new(const struct field_config *config, struct pool *pool, uint32_t cpu,
+                     struct field **out, struct error *err);
+void field_free(struct field *f);
+
+/* Tables U(+-1e-4); layers as generator_init(), but for the last, whose weights start at a tenth
+ * of that and whose biases at 0: f starts near `scale`. */
+void field_init(struct field *f, uint64_t seed);
+
+size_t field_n_weights(const struct field *f);
+size_t field_n_table_weights(const struct field *f); /* the first ones */
+
+/* Whoever writes to them calls field_weights_changed() before the next call that uses them. */
+float *field_weights(struct field *f);
+void field_weights_changed(struct field *f);
+uint64_t field_memory_size(const struct field *f); /* bytes */
+
+/* out [n][3]: radiance of the run's pixels, on the pool. */
+void field_render(struct field *f, const struct field_run *run, float *out);
+
+/*
+ * The mean loss of all pixels of the runs, at most config.max_pixels, and its exact gradient.
+ *
+ * losses    [n_runs], the mean of each
+ * gradient  [n_weights]; may be NULL
+ * The result has the same bytes for any number of threads.
+ */
+void field_gradient(struct field *f, const struct field_run *runs, uint32_t n_runs, float *losses,
+                    float *gradient);
+
+#endif

@@ -1,0 +1,357 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The compact network against a plain version in doubles: outputs, losses, and gradients by finite
+ * differences. */
+#include "nn/field.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/cpu.h"
+#include "base/mem.h"
+#include "base/pool.h"
+#include "base/rng.h"
+#include "toy.h"
+
+enum { N_RUNS = 3, GRIDS = 2, FEATURES = 5, VARIABLES = 4, MOST_PIXELS = 300 };
+static const uint32_t n_pixels[N_RUNS] = {7, 1, 150}; /* the last in more than one tile */
+
+static const struct field_config config = {
+    .n_grids = GRIDS,
+    .grid = {.n_levels = 4, .log2_size = 7, .base = 3, .growth = 1.6f}, /* two levels hashed */
+    .n_features = FEATURES,
+    .n_variables = VARIABLES,
+    .width = 20,
+    .depth = 2,
+    .max_pixels = MOST_PIXELS};
+
+struct data {
+    float positions[MOST_PIXELS][GRIDS][3], features[MOST_PIXELS][FEATURES];
+    float scale[MOST_PIXELS][3], targets[MOST_PIXELS][3], v[N_RUNS][VARIABLES];
+    struct field_run runs[N_RUNS];
+};
+
+static void fill(struct data *d)
+{
+    struct rng r = rng_keyed(1, 2, 3);
+    size_t at = 0;
+    for (size_t i = 0; i < MOST_PIXELS; i++) {
+        for (int g = 0; g < GRIDS; g++) /* some beyond the cube */
+            for (int a = 0; a < 3; a++) d->positions[i][g][a] = 1.2f * rng_float(&r) - 0.1f;
+        for (int k = 0; k < FEATURES; k++) d->features[i][k] = 2.0f * rng_float(&r) - 1.0f;
+        for (int c = 0; c < 3; c++) {
+            d->scale[i][c] = 0.2f + rng_float(&r);
+            d->targets[i][c] = 2.0f * rng_float(&r);
+        }
+    }
+    for (int i = 0; i < N_RUNS; i++) {
+        for (int k = 0; k < VARIABLES; k++) d->v[i][k] = rng_float(&r);
+        d->runs[i] = (struct field_run){.n = n_pixels[i],
+                                        .positions = d->positions[at][0],
+                                        .features = d->features[at],
+                                        .scale = d->scale[at],
+                                        .targets = d->targets[at],
+                                        .v = d->v[i]};
+        at += n_pixels[i];
+    }
+}
+
+/* ---- The plain version ---------------------------------------------------------------------- */
+
+/* One level of a grid as the paper has it: the lattice's vertices around p. */
+static void plain_level(uint32_t n, uint32_t n_entries, const float *p, const double *table,
+                        double out[2])
+{
+    const uint64_t edge = (uint64_t)n + 1;
+    uint64_t low[3];
+    double f[3];
+    for (int a = 0; a < 3; a++) {
+        double x = fmin(fmax((double)p[a], 0.0), 1.0) * n;
+        low[a] = x >= n ? n - 1 : (uint64_t)x;
+        f[a] = x - (double)low[a];
+    }
+    out[0] = out[1] = 0;
+    for (uint64_t z = 0; z < 2; z++)
+        for (uint64_t y = 0; y < 2; y++)
+            for (uint64_t x = 0; x < 2; x++) {
+                uint64_t i = low[0] + x, j = low[1] + y, k = low[2] + z;
+                uint64_t entry = i + edge * (j + edge * k);
+                if (edge * edge * edge > n_entries)
+                    entry = ((i ^ (j * 2654435761u) ^ (k * 805459861u)) & UINT32_MAX) % n_entries;
+                double w = (x ? f[0] : 1 - f[0]) * (y ? f[1] : 1 - f[1]) * (z ? f[2] : 1 - f[2]);
+                out[0] += w * table[2 * entry];
+                out[1] += w * table[2 * entry + 1];
+            }
+}
+
+/* Radiance of pixel i of a run. */
+static void plain_pixel(const double *weights, const struct field_run *run, uint32_t i,
+                        double out[3])
+{
+    const struct field_config *c = &config;
+    double x[64], y[64];
+    uint32_t n = 0;
+    const double *at = weights;
+    for (uint32_t g = 0; g < c->n_grids; g++) {
+        double cells = c->grid.base;
+        for (uint32_t l = 0; l < c->grid.n_levels; l++, cells *= (double)c->grid.growth, n += 2) {
+            uint32_t edge = (uint32_t)cells + 1, most = 1u << c->grid.log2_size;
+            uint32_t n_entries = edge * edge * edge < most ? edge * edge * edge : most;
+            plain_level((uint32_t)cells, n_entries, run->positions + (i * c->n_grids + g) * 3, at,
+                        x + n);
+            at += 2 * (size_t)n_entries;
+        }
+    }
+    for (uint32_t k = 0; k < c->n_features; k++)
+        x[n++] = (double)run->features[i * c->n_features + k];
+    for (uint32_t k = 0; k < c->n_variables; k++) x[n++] = (double)run->v[k];
+    for (uint32_t l = 0; l <= c->depth; l++) {
+        uint32_t n_out = l < c->depth ? c->width : 3;
+        for (uint32_t o = 0; o < n_out; o++) {
+            y[o] = at[n_out * n + o];
+            for (uint32_t k = 0; k < n; k++) y[o] += at[o * n + k] * x[k];
+            if (l < c->depth && y[o] < 0) y[o] *= 0.01;
+        }
+        at += n_out * (n + 1);
+        n = n_out;
+        memcpy(x, y, sizeof x);
+    }
+    for (int k = 0; k < 3; k++)
+        out[k] = (double)run->scale[3 * i + (uint32_t)k] * exp(fmin(fmax(x[k], -10), 12));
+}
+
+/* The mean loss of all runs; its denominators are those of the weights `held`. */
+static double plain_loss(const double *weights, const double *held, const struct data *d,
+                         double *losses)
+{
+    double sum = 0, n = 0;
+    for (int i = 0; i < N_RUNS; i++) {
+        double of_run = 0;
+        for (uint32_t k = 0; k < n_pixels[i]; k++) {
+            double f[3], h[3];
+            plain_pixel(weights, &d->runs[i], k, f);
+            plain_pixel(held, &d->runs[i], k, h);
+            double luminance = 0.2126 * h[0] + 0.7152 * h[1] + 0.0722 * h[2];
+            for (uint32_t c = 0; c < 3; c++) {
+                double off = f[c] - (double)d->runs[i].targets[3 * k + c];
+                of_run += off * off / (luminance * luminance + 0.01);
+            }
+        }
+        if (losses) losses[i] = of_run / (3.0 * n_pixels[i]);
+        sum += of_run;
+        n += 3.0 * n_pixels[i];
+    }
+    return sum / n;
+}
+
+/* ---- Tests ---------------------------------------------------------------------------------- */
+
+static struct field *make(struct pool *pool, uint32_t cpu)
+{
+    struct field *f;
+    struct error err = {{0}};
+    if (field_new(&config, pool, cpu, &f, &err) != LMN_OK) fail_msg("%s", err.text);
+    field_init(f, 5);
+    /* Larger numbers than at the start: all of them should matter. */
+    struct rng r = rng_keyed(7, 8, 9);
+    float *w = field_weights(f);
+    for (size_t i = 0; i < field_n_table_weights(f); i++) w[i] = 2.0f * rng_float(&r) - 1.0f;
+    for (size_t i = field_n_table_weights(f); i < field_n_weights(f); i++)
+        w[i] += 0.2f * (rng_float(&r) - 0.5f);
+    field_weights_changed(f);
+    return f;
+}
+
+static double *doubles(const float *from, size_t n)
+{
+    double *to = toy_take(n, sizeof *to);
+    for (size_t i = 0; i < n; i++) to[i] = (double)from[i];
+    return to;
+}
+
+static const uint32_t sets[] = {0, CPU_AVX2, CPU_AVX2 | CPU_AVX512,
+                                CPU_AVX2 | CPU_AVX512 | CPU_AMX};
+
+static void gradients_are_differences(void **state)
+{
+    static struct data d;
+    (void)state;
+    fill(&d);
+    for (size_t s = 0; s < sizeof sets / sizeof *sets; s++) {
+        if ((cpu_detect() & sets[s]) != sets[s]) continue;
+        struct pool *pool = pool_new(2);
+        struct field *f = make(pool, sets[s]);
+        const size_t n = field_n_weights(f);
+        float losses[N_RUNS], *gradient = toy_take(n, sizeof *gradient);
+        double *w = doubles(field_weights(f), n), *held = doubles(field_weights(f), n);
+        double want[N_RUNS];
+        field_gradient(f, d.runs, N_RUNS, losses, gradient);
+        plain_loss(w, held, &d, want);
+        for (int i = 0; i < N_RUNS; i++)
+            if (!(fabs((double)losses[i] - want[i]) < 2e-5 * want[i]))
+                fail_msg("run %d: loss %.8g, not %.8g", i, (double)losses[i], want[i]);
+        double largest = 0, worst = 0;
+        size_t worst_at = 0, n_seen = 0;
+        for (size_t i = 0; i < n; i++) largest = fmax(largest, fabs((double)gradient[i]));
+        for (size_t i = 0; i < n; i += i < field_n_table_weights(f) ? 13 : 5, n_seen++) {
+            const double h = 1e-5;
+            w[i] = held[i] + h;
+            double above = plain_loss(w, held, &d, NULL);
+            w[i] = held[i] - h;
+            double below = plain_loss(w, held, &d, NULL);
+            w[i] = held[i];
+            double off = fabs((above - below) / (2 * h) - (double)gradient[i]);
+            if (off > worst) {
+                worst = off;
+                worst_at = i;
+            }
+        }
+        if (!(worst < 1e-4 * largest))
+            fail_msg("set %zu: of %zu derivatives number %zu is off by %.3g; the largest is %.3g",
+                     s, n_seen, worst_at, worst, largest);
+        mem_free(w);
+        mem_free(held);
+        mem_free(gradient);
+        field_free(f);
+        pool_free(pool);
+    }
+}
+
+static void threads_do_not_matter(void **state)
+{
+    static struct data d;
+    float losses[2][N_RUNS], *gradients[2];
+    (void)state;
+    fill(&d);
+    for (uint32_t k = 0; k < 2; k++) {
+        struct pool *pool = pool_new(1 + 2 * k);
+        struct field *f = make(pool, cpu_detect());
+        gradients[k] = toy_take(field_n_weights(f), sizeof *gradients[k]);
+        field_gradient(f, d.runs, N_RUNS, losses[k], gradients[k]);
+        if (k == 1)
+            assert_memory_equal(gradients[0], gradients[1],
+                                field_n_weights(f) * sizeof *gradients[0]);
+        field_free(f);
+        pool_free(pool);
+    }
+    assert_memory_equal(losses[0], losses[1], sizeof losses[0]);
+    mem_free(gradients[0]);
+    mem_free(gradients[1]);
+}
+
+/* What is rendered is what is trained. */
+static void rendering_is_plain(void **state)
+{
+    static struct data d;
+    float out[MOST_PIXELS][3];
+    (void)state;
+    fill(&d);
+    struct pool *pool = pool_new(2);
+    struct field *f = make(pool, cpu_detect());
+    double *w = doubles(field_weights(f), field_n_weights(f));
+    for (int i = 0; i < N_RUNS; i++) {
+        field_render(f, &d.runs[i], out[0]);
+        for (uint32_t k = 0; k < n_pixels[i]; k++) {
+            double want[3];
+            plain_pixel(w, &d.runs[i], k, want);
+            for (int c = 0; c < 3; c++)
+                if (!(fabs((double)out[k][c] - want[c]) < 1e-4 * want[c]))
+                    fail_msg("run %d pixel %u: %.8g, not %.8g", i, k, (double)out[k][c], want[c]);
+        }
+    }
+    mem_free(w);
+    field_free(f);
+    pool_free(pool);
+}
+
+/* A bright sphere whose place depends on v, seen through noise whose median is 0: the network finds
+ * its mean. */
+static void noise_is_averaged(void **state)
+{
+    enum { RUNS = 64, PIXELS = 32, STEPS = 600, N = RUNS * PIXELS };
+    static float positions[N][3], targets[N][3], scale[N][3], v[RUNS][1], out[PIXELS][3];
+    const struct field_config small = {
+        .n_grids = 1,
+        .grid = {.n_levels = 4, .log2_size = 12, .base = 4, .growth = 1.5f},
+        .n_variables = 1,
+        .width = 32,
+        .depth = 2,
+        .max_pixels = N};
+    struct field_run runs[RUNS];
+    float losses[RUNS], *gradient;
+    struct pool *pool = pool_new(2);
+    struct field *f;
+    struct adam a;
+    (void)state;
+    assert_int_equal(field_new(&small, pool, cpu_detect(), &f, NULL), LMN_OK);
+    field_init(f, 1);
+    assert_int_equal(adam_init(&a, field_n_weights(f), 5e-3, NULL), LMN_OK);
+    gradient = toy_take(field_n_weights(f), sizeof *gradient);
+    for (size_t i = 0; i < N; i++) scale[i][0] = scale[i][1] = scale[i][2] = 0.5f;
+    double error = 0;
+    for (uint32_t step = 0; step <= STEPS; step++) {
+        struct rng r = rng_keyed(3, step, 0);
+        for (uint32_t i = 0; i < RUNS; i++) {
+            v[i][0] = rng_float(&r);
+            for (uint32_t k = i * PIXELS; k < (i + 1) * PIXELS; k++) {
+                float d2 = 0;
+                for (int c = 0; c < 3; c++) positions[k][c] = rng_float(&r);
+                for (int c = 0; c < 3; c++) {
+                    float off = positions[k][c] - (c == 0 ? v[i][0] : 0.5f);
+                    d2 += off * off;
+                }
+                float mean = 0.2f + expf(-10.0f * d2);
+                bool is_lit = step == STEPS || rng_float(&r) < 0.25f;
+                for (int c = 0; c < 3; c++)
+                    targets[k][c] = is_lit ? mean * (step == STEPS ? 1.0f : 4.0f) : 0.0f;
+            }
+            runs[i] = (struct field_run){
+                PIXELS, positions[i * PIXELS], NULL, scale[i * PIXELS], targets[i * PIXELS], v[i]};
+        }
+        if (step == STEPS) break;
+        a.learning_rate = 5e-3 * (1.0 - (double)step / STEPS);
+        field_gradient(f, runs, RUNS, losses, gradient);
+        adam_step(&a, pool, field_weights(f), gradient);
+        field_weights_changed(f);
+    }
+    for (uint32_t i = 0; i < RUNS; i++) {
+        field_render(f, &runs[i], out[0]);
+        for (uint32_t k = 0; k < PIXELS; k++) {
+            double want = (double)targets[i * PIXELS + k][1];
+            error += fabs((double)out[k][1] - want) / want / N;
+        }
+    }
+    if (!(error < 0.12)) fail_msg("mean relative error %.3f", error);
+    mem_free(gradient);
+    adam_release(&a);
+    field_free(f);
+    pool_free(pool);
+}
+
+static void bad_shapes_are_refused(void **state)
+{
+    (void)state;
+    struct pool *pool = pool_new(1);
+    for (int k = 0; k < 4; k++) {
+        struct field_config c = config;
+        struct error err = {{0}};
+        struct field *f = NULL;
+        if (k == 0) c.width = 0;
+        if (k == 1) c.grid.n_levels = GRID_MAX_LEVELS + 1;
+        if (k == 2) c.grid.growth = NAN;
+        if (k == 3) c.n_grids = c.n_features = 0;
+        assert_int_equal(field_new(&c, pool, 0, &f, &err), LMN_ERR_ARGUMENT);
+        assert_null(f);
+        assert_non_null(strstr(err.text, "network"));
+    }
+    pool_free(pool);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(gradients_are_differences), cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(rendering_is_plain),        cmocka_unit_test(noise_is_averaged),
+        cmocka_unit_test(bad_shapes_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -190,11 +190,33 @@ void buffers_scale(const struct trace_settings *t, const struct buffers_tile *ti
 
 /* ---- Tracing --------------------------------------------------------------------------------- */
 
+/* A pixel of the tile, counted row by row: where it is in the picture. */
+static struct pixel_at pixel_of(const struct buffers_tile *tile, uint32_t pixel)
+{
+    if (tile->pixels) return tile->pixels[pixel];
+    return (struct pixel_at){tile->x + pixel % tile->width, tile->y + pixel / tile->width};
+}
+
+/* The same, counted from the tile's first. */
+static size_t pixel_place(const struct buffers_tile *tile, uint32_t pixel)
+{
+    return pixel / tile->width * tile->stride + pixel % tile->width;
+}
+
+/* Of a pixel of the picture, which need not be in the tile. */
+static size_t place_of(const struct buffers_tile *tile, uint32_t x, uint32_t y)
+{
+    x -= tile->x; /* wraps around below 0 */
+    y -= tile->y;
+    return x < tile->width && y < tile->height ? y * tile->stride + x : SIZE_MAX;
+}
+
 /* A sample of pixel (x, y), which may be beyond the picture's right or bottom. */
 static void add_lane(struct first_hits *f, const struct stream_film *film, uint32_t x, uint32_t y,
-                     uint32_t sample)
+                     uint32_t sample, size_t place)
 {
     const uint32_t i = f->n++;
+    f->place[i] = place;
     f->x[i] = x;
     f->y[i] = y;
     f->sample[i] = sample;
@@ -244,17 +266,10 @@ static void cast(struct first_hits *f, const struct view *v, uint32_t first, uin
     accel_intersect_packet(v->top, &rays, lanes, n_lanes, true, f->hit);
 }
 
-/* Where a lane's pixel is, counted from the tile's first; SIZE_MAX: not in the tile. */
-static size_t place_of(const struct first_hits *f, const struct buffers_tile *tile, uint32_t i)
-{
-    const uint32_t x = f->x[i] - tile->x, y = f->y[i] - tile->y; /* wraps around below 0 */
-    return x < tile->width && y < tile->height ? y * tile->stride + x : SIZE_MAX;
-}
-
 static void add_one(const struct first_hits *f, const struct trace_settings *t,
                     const struct buffers_tile *tile, uint32_t i)
 {
-    const size_t place = place_of(f, tile, i);
+    const size_t place = f->place[i];
     const uint32_t sample = f->sample[i] - t->first_sample;
     if (place == SIZE_MAX) return;
     add(f, i, sample, tile->to + place * BUFFER_CHANNELS);
@@ -292,8 +307,8 @@ static void add_blocks(const struct first_hits *f, const struct trace_settings *
     struct stage s;
     s.first = s.n = 0;
     for (uint32_t i = 0; i < f->n; i += LANES) {
-        const size_t place = place_of(f, tile, i);
-        const bool is_whole = place != SIZE_MAX && place_of(f, tile, i + LANES - 1) != SIZE_MAX;
+        const size_t place = f->place[i];
+        const bool is_whole = place != SIZE_MAX && f->place[i + LANES - 1] != SIZE_MAX;
         if (!is_whole || t->spp > 1 || tile->chain) {
             for (uint32_t k = i; k < i + LANES; k++) add_one(f, t, tile, k);
             continue;
@@ -318,11 +333,11 @@ static void flush(struct first_hits *f, const struct view *v, const struct trace
         n = f->n - first < STREAM_PACKET ? f->n - first : STREAM_PACKET;
         if (t->spp >= BUFFERS_BLOCK_SPP) /* of one pixel only */
             for (uint32_t i = 1; i < n; i++)
-                if (f->pixel[first + i] != f->pixel[first]) n = i;
+                if (f->place[first + i] != f->place[first]) n = i;
         cast(f, v, first, n);
     }
     for (uint32_t i = 0; i < f->n; i++)
-        if (place_of(f, tile, i) != SIZE_MAX) lanes[n_lanes++] = i;
+        if (f->place[i] != SIZE_MAX) lanes[n_lanes++] = i;
     follow(f, v, t, film, lanes, n_lanes);
     describe(f, v, t, lanes, n_lanes);
     if (t->spp < BUFFERS_BLOCK_SPP)
@@ -339,15 +354,36 @@ static void trace_blocks(struct first_hits *f, const struct view *v, const struc
     for (uint32_t y = tile->y & ~(uint32_t)MASK; y < tile->y + tile->height; y += BUFFERS_BLOCK)
         for (uint32_t x = tile->x & ~(uint32_t)MASK; x < tile->x + tile->width; x += BUFFERS_BLOCK)
             for (uint32_t sample = 0; sample < t->spp; sample++) {
-                for (uint32_t k = 0; k < LANES; k++)
-                    add_lane(f, film, x + k % BUFFERS_BLOCK, y + k / BUFFERS_BLOCK,
-                             t->first_sample + sample);
+                for (uint32_t k = 0; k < LANES; k++) {
+                    const uint32_t column = x + k % BUFFERS_BLOCK, row = y + k / BUFFERS_BLOCK;
+                    add_lane(f, film, column, row, t->first_sample + sample,
+                             place_of(tile, column, row));
+                }
                 if (f->n + LANES > STREAM_SIZE) flush(f, v, t, film, tile);
             }
     flush(f, v, t, film, tile);
 }
 
-/* As trace_tile() of trace.c does: packets hold the same samples as there. */
+/* The blocks around pixels of a list, of which one lane each counts. */
+static void trace_blocks_around(struct first_hits *f, const struct view *v,
+                                const struct trace_settings *t, const struct stream_film *film,
+                                const struct buffers_tile *tile)
+{
+    for (uint32_t pixel = 0; pixel < tile->width; pixel++) {
+        const struct pixel_at at = tile->pixels[pixel];
+        const uint32_t x = at.x - at.x % BUFFERS_BLOCK, y = at.y - at.y % BUFFERS_BLOCK;
+        for (uint32_t sample = 0; sample < t->spp; sample++) {
+            for (uint32_t row = y; row < y + BUFFERS_BLOCK; row++)
+                for (uint32_t column = x; column < x + BUFFERS_BLOCK; column++)
+                    add_lane(f, film, column, row, t->first_sample + sample,
+                             column == at.x && row == at.y ? pixel : SIZE_MAX);
+            if (f->n + BUFFERS_BLOCK * BUFFERS_BLOCK > STREAM_SIZE) flush(f, v, t, film, tile);
+        }
+    }
+    flush(f, v, t, film, tile);
+}
+
+/* As trace_streams() of tile.c does: packets hold the same samples as there. */
 static void trace_pixels(struct first_hits *f, const struct view *v, const struct trace_settings *t,
                          const struct stream_film *film, const struct buffers_tile *tile)
 {
@@ -355,8 +391,8 @@ static void trace_pixels(struct first_hits *f, const struct view *v, const struc
         for (uint32_t i = 0; i < t->spp; i++) {
             const uint32_t rest = t->spp - i, need = rest < STREAM_SIZE ? rest : STREAM_SIZE;
             if (i % STREAM_SIZE == 0 && f->n + need > STREAM_SIZE) flush(f, v, t, film, tile);
-            add_lane(f, film, tile->x + pixel % tile->width, tile->y + pixel / tile->width,
-                     t->first_sample + i);
+            const struct pixel_at at = pixel_of(tile, pixel);
+            add_lane(f, film, at.x, at.y, t->first_sample + i, pixel_place(tile, pixel));
         }
     flush(f, v, t, film, tile);
 }
@@ -366,16 +402,12 @@ void buffers_trace(const struct view *v, const struct trace_settings *t,
 {
     struct first_hits f;
     f.n = 0;
-    if (t->spp < BUFFERS_BLOCK_SPP)
+    if (t->spp < BUFFERS_BLOCK_SPP && tile->pixels)
+        trace_blocks_around(&f, v, t, film, tile);
+    else if (t->spp < BUFFERS_BLOCK_SPP)
         trace_blocks(&f, v, t, film, tile);
     else
         trace_pixels(&f, v, t, film, tile);
-}
-
-/* A pixel of the tile, counted row by row, as place_of() counts. */
-static size_t pixel_place(const struct buffers_tile *tile, uint32_t pixel)
-{
-    return pixel / tile->width * tile->stride + pixel % tile->width;
 }
 
 void buffers_add_stream(const struct view *v, const struct trace_settings *t,

@@ -45,6 +45,7 @@ struct first_hits {
     _Alignas(STREAM_ALIGNMENT) uint32_t x[STREAM_SIZE];
     uint32_t y[STREAM_SIZE], sample[STREAM_SIZE];
     uint64_t pixel[STREAM_SIZE];
+    size_t place[STREAM_SIZE]; /* counted from the tile's first pixel; SIZE_MAX: not in the tile */
     float center_x[STREAM_SIZE], center_y[STREAM_SIZE];
     uint32_t is_inside[STREAM_SIZE]; /* the picture: others are not traced */
 
@@ -62,11 +63,13 @@ struct first_hits {
     float values[BUFFER_CHANNELS][STREAM_SIZE + 16]; /* the result; spread over the cache's sets */
 };
 
-/* A part of the picture, of at most STREAM_SIZE / 4 pixels a side, and where its buffers go. */
+/* A part of the picture, of at most STREAM_SIZE / 4 pixels a side, and where its buffers go; or
+ * pixels anywhere, in a row of any length. */
 struct buffers_tile {
-    uint32_t x, y, width, height; /* in the full picture */
-    float *to, *chain;            /* of its first pixel; chain: NULL where that is not wanted */
-    size_t stride;                /* pixels from row to row */
+    uint32_t x, y, width, height;  /* in the full picture */
+    const struct pixel_at *pixels; /* NULL; else [width], height is 1, and x and y do not count */
+    float *to, *chain;             /* of its first pixel; chain: NULL where that is not wanted */
+    size_t stride;                 /* pixels from row to row */
 };
 
 /* Traces a tile's buffers: sums of settings->spp samples, for buffers_scale(). */

@@ -27,6 +27,8 @@ void stream_add(struct stream *s, const struct stream_film *f, uint32_t x, uint3
     s->is_alive[i] = true;
     s->path[i] = i;
     s->pixel[i] = (uint64_t)y * f->width + x;
+    const bool goes_on = i > 0 && s->pixel[i] == s->pixel[i - 1] && sample > s->sample[i - 1];
+    s->owner[i] = goes_on ? s->owner[i - 1] : i;
     lanes3_set(&s->throughput, i, vec3_splat(1.0f));
     s->last_pdf[i] = s->eta[i] = 1.0f;
     s->last_is_delta[i] = true;
@@ -76,9 +78,9 @@ static uint32_t next_packet(const struct stream *s, const uint32_t *flags, uint3
 {
     uint32_t n = 0, i = *first;
     while (i < s->n && !flags[i]) i++;
-    for (uint64_t pixel = i < s->n ? s->pixel[i] : 0; i < s->n && n < STREAM_PACKET; i++) {
+    for (uint32_t owner = i < s->n ? s->owner[i] : 0; i < s->n && n < STREAM_PACKET; i++) {
         if (!flags[i]) continue;
-        if (s->pixel[i] != pixel) break;
+        if (s->owner[i] != owner) break;
         lanes[n++] = i;
     }
     *first = i;
@@ -249,7 +251,7 @@ static void compact(struct stream *s, const struct trace_settings *t)
     }
     if (4 * n > 3 * s->n) return;
     move_words(s->path, from, n);
-    move_longs(s->pixel, from, n);
+    move_words(s->owner, from, n);
     move_lanes3(&s->o, from, n);
     move_lanes3(&s->d, from, n);
     move_lanes3(&s->throughput, from, n);

@@ -89,12 +89,13 @@ struct stream {
     /* Where a path starts: the centre of its pixel in the full picture. */
     float center_x[STREAM_SIZE], center_y[STREAM_SIZE];
     uint32_t sample[STREAM_SIZE];
+    uint64_t pixel[STREAM_SIZE];
     float offset[STREAM_SIZE]; /* from the pinhole to the ray's start */
 
     /* What a path carries from bounce to bounce. */
-    uint32_t path[STREAM_SIZE]; /* its number: the lane it started in */
-    uint64_t pixel[STREAM_SIZE];
-    struct lanes3 o, d; /* the ray, from t = 0 */
+    uint32_t path[STREAM_SIZE];  /* its number: the lane it started in */
+    uint32_t owner[STREAM_SIZE]; /* whose packets it goes with: the first lane of its pixel */
+    struct lanes3 o, d;          /* the ray, from t = 0 */
     float t_max[STREAM_SIZE];
     struct lanes3 throughput;
     struct lanes3 last_p; /* as in struct path */
@@ -229,8 +230,8 @@ extern const struct stream_kernels stream_kernels_baseline, stream_kernels_avx2,
 /* The best that `cpu`, a mask of enum cpu_flag, allows. */
 const struct stream_kernels *stream_kernels_for(uint32_t cpu);
 
-/* Adds sample number `sample` of pixel (x, y) to a stream that has room. Paths of one pixel follow
- * each other. */
+/* Adds sample number `sample` of pixel (x, y) to a stream that has room. Samples of one pixel that
+ * share packets follow each other, in rising order; a pixel that comes again stands for itself. */
 void stream_add(struct stream *s, const struct stream_film *f, uint32_t x, uint32_t y,
                 uint32_t sample);
 

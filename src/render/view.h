@@ -63,6 +63,11 @@ struct window {
     uint32_t x, y, width, height;
 };
 
+/* A pixel of a picture. */
+struct pixel_at {
+    uint32_t x, y;
+};
+
 /* Per-pixel buffers of the first hit, averaged over samples by the pixel filter (ids: first
  * sample). */
 enum buffer_channel {
@@ -118,6 +123,13 @@ struct trace_output {
 /* Traces a window on the calling thread. The picture is a function of (state, settings, pixel). */
 void view_trace(const struct view *v, const struct trace_settings *t, const struct window *w,
                 struct trace_output *out);
+
+/* Traces pixels of a picture of full_width x full_height anywhere in it, in any order, some more
+ * than once perhaps. Results lie in the order of the list: out's arrays are those of a window of
+ * n x 1 pixels. A pixel's bytes are those that view_trace() without splats gives it. */
+void view_trace_pixels(const struct view *v, const struct trace_settings *t, uint32_t full_width,
+                       uint32_t full_height, const struct pixel_at *pixels, uint32_t n,
+                       struct trace_output *out);
 
 /* The plain reference: the same picture, one path after another by path_radiance(), without packets
  * or streams. Slower; tests compare view_trace() with it. */

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "render/tile.h"
+
+static void trace_list(const struct job *j, const struct pixel_at *pixels, uint32_t n)
+{
+    for (size_t first = 0; first < n; first += TILE_PIXELS) {
+        struct tile tile = {.pixels = pixels + first, .first = first, .height = 1};
+        tile.width = n - first < TILE_PIXELS ? (uint32_t)(n - first) : TILE_PIXELS;
+        tile_finish(j, &tile, tile_trace_streams);
+    }
+}
+
+void view_trace_pixels(const struct view *v, const struct trace_settings *t, uint32_t full_width,
+                       uint32_t full_height, const struct pixel_at *pixels, uint32_t n,
+                       struct trace_output *out)
+{
+    const struct window list = {full_width, full_height, 0, 0, n, 1};
+    struct trace_settings settings = *t;
+    struct job jobs[2];
+    settings.splats = false;
+    for (int k = 0, n_jobs = jobs_init(jobs, v, &settings, &list, out); k < n_jobs; k++)
+        trace_list(&jobs[k], pixels, n);
+}

@@ -165,8 +165,10 @@ static void sample_environment(struct stream *s, const struct view *v, uint32_t 
 {
     uint32_t n = 0, lanes[STREAM_SIZE];
     struct light_around a;
-    for (uint32_t i = 0; i < s->n; i++)
-        if (s->has_light[i] && s->light_index[i] == (int32_t)light) lanes[n++] = i;
+    for (uint32_t i = 0; i < s->n; i++) { /* a branch would be mispredicted */
+        lanes[n] = i;
+        n += (s->has_light[i] != 0) & (s->light_index[i] == (int32_t)light);
+    }
     if (n == 0) return;
     light_around_init(&a, v, &v->lights[light]);
     if (light_around_is_small(&a))
@@ -182,7 +184,8 @@ static void sample_lights(struct stream *s, const struct view *v)
     if (light_is_guided(v)) kernels->choose_light(s, &v->guide);
     if (v->table.n > 0) kernels->light(s, &v->table);
     if (light_table_is_whole(v)) return;
-    for (uint32_t i = 0; i < s->n; i++) {
+    bool is_all_around = light_is_guided(v) && v->first_environment == 0;
+    for (uint32_t i = 0; !is_all_around && i < s->n; i++) {
         uint32_t light = (uint32_t)s->light_index[i];
         bool is_known = light_is_guided(v) &&
                         (light >= v->first_environment || light_table_has(&v->table, light));

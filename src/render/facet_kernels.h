@@ -9,7 +9,7 @@ static void facets_gather_list(struct facet_block *b, struct stream *s, enum fac
 {
     uint32_t *lanes = s->facets[list];
     b->n = s->n_facets[list];
-    b->n_filled = (b->n + STREAM_VECTOR - 1) / STREAM_VECTOR * STREAM_VECTOR;
+    b->n_filled = stream_whole(b->n);
     for (uint32_t k = b->n; k < b->n_filled; k++) lanes[k] = lanes[0];
     for (uint32_t k = 0; k < b->n_filled; k++) {
         const uint32_t i = lanes[k];

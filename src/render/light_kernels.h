@@ -16,12 +16,13 @@ LANE void choose_lane(struct stream *s, uint32_t i, float p, int32_t k, bool is_
     s->light_left[i] = choose(is_open & !takes, left - p, left);
 }
 
-/* Index, probability and rest of the random number. */
+/* Index, probability and rest of the random number; as all here up to the last vector's end, where
+ * indices must be valid, too. */
 KERNEL choose_light(struct stream *s, const struct light_guide *g)
 {
     float weights[LIGHT_GUIDES][STREAM_SIZE], sum[STREAM_SIZE];
     float even[STREAM_SIZE], scale[STREAM_SIZE];
-    uint32_t n = s->n, n_lights = g->n;
+    uint32_t n = stream_whole(s->n), n_lights = g->n;
     int32_t none = n_lights > 0 ? -1 : 0;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) {
@@ -64,21 +65,25 @@ KERNEL choose_light(struct stream *s, const struct light_guide *g)
 /* As light_table_sample() does, all lanes in step: more steps leave what is found as it is. */
 KERNEL search_elements(struct stream *s, const struct light_table *t)
 {
-    int32_t high[STREAM_SIZE];
-    uint32_t n = s->n;
+    int32_t part[STREAM_SIZE], count[STREAM_SIZE], high[STREAM_SIZE], middle[STREAM_SIZE];
+    float cdf[STREAM_SIZE];
+    uint32_t n = stream_whole(s->n);
+    look_up(part, t->first_part, s->light_index, n);
+    look_up(count, t->count, s->light_index, n);
 #pragma omp simd
-    for (uint32_t i = 0; i < n; i++) {
-        struct light_range r = light_table_range(t, s->light_index[i], s->light_left[i]);
-        s->element[i] = r.low;
-        high[i] = r.high;
-    }
+    for (uint32_t i = 0; i < n; i++) part[i] += light_table_part(s->light_left[i], count[i]);
+    gather2(s->element, high, t->parts, part, n);
+#pragma omp simd
+    for (uint32_t i = 0; i < n; i++) high[i]++;
     for (int32_t left = t->n_widest; left > 1; left = (left + 1) / 2) {
 #pragma omp simd
+        for (uint32_t i = 0; i < n; i++) middle[i] = (s->element[i] + high[i]) / 2;
+        gather(cdf, t->cdf, middle, n);
+#pragma omp simd
         for (uint32_t i = 0; i < n; i++) {
-            struct light_range r = {s->element[i], high[i]};
-            r = light_table_halve(t, r, s->light_left[i]);
-            s->element[i] = r.low;
-            high[i] = r.high;
+            bool is_above = cdf[i] <= s->light_left[i];
+            s->element[i] = is_above ? middle[i] : s->element[i];
+            high[i] = is_above ? high[i] : middle[i];
         }
     }
 }
@@ -86,7 +91,7 @@ KERNEL search_elements(struct stream *s, const struct light_table *t)
 /* The same, of few elements one at a time for all lanes. */
 KERNEL choose_elements(struct stream *s, const struct light_table *t)
 {
-    uint32_t n = s->n;
+    uint32_t n = stream_whole(s->n);
     if (t->n > LIGHT_TABLE_FEW) {
         search_elements(s, t);
         return;
@@ -95,8 +100,7 @@ KERNEL choose_elements(struct stream *s, const struct light_table *t)
         memcpy(s->element, s->light_index, n * sizeof *s->element);
         return;
     }
-#pragma omp simd
-    for (uint32_t i = 0; i < n; i++) s->element[i] = t->first[s->light_index[i]];
+    look_up(s->element, t->first, s->light_index, n);
     for (int32_t light = 0; light < LIGHT_GUIDES; light++) {
         if (!(t->holds >> light & 1)) continue;
         for (int32_t k = 1; k < t->count[light]; k++) {
@@ -119,7 +123,7 @@ struct element_lanes {
 KERNEL look_up_elements(struct element_lanes *b, const struct stream *s,
                         const struct light_table *t)
 {
-    const uint32_t n = s->n, n_fields = light_fields(t->kinds);
+    const uint32_t n = stream_whole(s->n), n_fields = light_fields(t->kinds);
     for (int c = 0; c < 3; c++) look_up(b->radiance[c], t->radiance[c], s->light_index, n);
     if (t->n <= LIGHT_TABLE_FEW) {
         for (uint32_t f = 0; f < n_fields; f++) look_up(b->fields[f], t->columns[f], s->element, n);
@@ -128,7 +132,8 @@ KERNEL look_up_elements(struct element_lanes *b, const struct stream *s,
     int32_t row[STREAM_SIZE];
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) row[i] = LIGHT_FIELDS * s->element[i];
-    for (uint32_t f = 0; f < n_fields; f++) gather(b->fields[f], t->rows + f, row, n);
+    for (uint32_t f = 0; f < n_fields; f += 2)
+        gather2(b->fields[f], b->fields[f + 1], t->rows + f, row, n);
 }
 
 LANE struct vec3 field3(const struct element_lanes *b, int f, uint32_t i)
@@ -174,7 +179,7 @@ LANE struct sphere_sample sphere_lane_sample(const struct stream *s, uint32_t i,
 KERNEL light_all(struct stream *s, const struct element_lanes *b, uint32_t holds)
 {
     float x[STREAM_SIZE], y[STREAM_SIZE], z[STREAM_SIZE], pdf[STREAM_SIZE];
-    uint32_t n = s->n;
+    uint32_t n = stream_whole(s->n);
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) {
         struct sphere_sample a = sphere_lane_sample(s, i, b);
@@ -193,7 +198,7 @@ KERNEL light(struct stream *s, const struct light_table *t)
 {
     const struct sphere_sample none = {vec3_splat(0.0f), 0.0f};
     struct element_lanes b;
-    const uint32_t n = s->n, holds = t->holds;
+    const uint32_t n = stream_whole(s->n), holds = t->holds;
     choose_elements(s, t);
     look_up_elements(&b, s, t);
     if (t->kinds == LIGHT_FACES) {
@@ -246,8 +251,7 @@ KERNEL invert_lanes(struct around_block *b, const float *from, uint32_t n, float
 #pragma omp simd
         for (uint32_t k = 0; k < n_lanes; k++) at[k] += low[k] <= u[k] ? half : 0;
     }
-    gather(low, from, at, n_lanes);
-    gather(high, from + 1, at, n_lanes);
+    gather2(low, high, from, at, n_lanes);
 #pragma omp simd
     for (uint32_t k = 0; k < n_lanes; k++) {
         float share = high[k] - low[k];
@@ -285,8 +289,7 @@ KERNEL choose_cells(struct around_block *b, const struct world_envmap *e)
         for (int side = 0; side < 2; side++) {
             struct lanes3 *node = &b->nodes[2 * half + side];
             const int32_t *at = side ? right : left;
-            gather(node->x, rgb, at, n);
-            gather(node->y, rgb + 1, at, n);
+            gather2(node->x, node->y, rgb, at, n);
             gather(node->z, rgb + 2, at, n);
         }
     }
@@ -334,7 +337,7 @@ static void light_around(struct stream *s, const struct light_around *a, const u
 {
     struct around_block b;
     b.n = n_lanes;
-    b.n_filled = (n_lanes + STREAM_VECTOR - 1) / STREAM_VECTOR * STREAM_VECTOR;
+    b.n_filled = stream_whole(n_lanes);
     for (uint32_t k = 0; k < b.n_filled; k++) {
         const uint32_t i = lanes[k < b.n ? k : 0];
         b.u[k] = s->light_left[i];

@@ -194,7 +194,7 @@ static void add_mesh(struct light_table *t, const struct view *v, const struct l
 
 /* ---- Choosing among them --------------------------------------------------------------------- */
 
-/* The part of n that u lies in, as light_table_range() finds it. */
+/* The part of n that u lies in, as light_table_part() finds it, and n beyond. */
 static int32_t part_of(float u, int32_t n)
 {
     int32_t part = (int32_t)(u * (float)n);
@@ -265,13 +265,25 @@ void light_table_init(struct light_table *t, const struct view *v, bool has_move
     }
 }
 
+/* The element of a light that u chooses: cdf[k] <= u < cdf[k + 1]. */
+static int32_t search(const struct light_table *t, uint32_t light, float u)
+{
+    const int32_t part = t->first_part[light] + light_table_part(u, t->count[light]);
+    int32_t low = t->parts[part], high = t->parts[part + 1] + 1;
+    while (high - low > 1) {
+        int32_t middle = (low + high) / 2;
+        bool is_above = t->cdf[middle] <= u;
+        low = is_above ? middle : low;
+        high = is_above ? high : middle;
+    }
+    return low;
+}
+
 bool light_table_sample(struct light_sample *s, const struct light_table *t, uint32_t light,
                         struct vec3 reference, float u1, float u2, float choice)
 {
     struct light_element e;
-    struct light_range r = light_table_range(t, (int32_t)light, u1);
-    while (r.high - r.low > 1) r = light_table_halve(t, r, u1);
-    memcpy(&e, t->rows + LIGHT_FIELDS * (size_t)r.low, sizeof e);
+    memcpy(&e, t->rows + LIGHT_FIELDS * (size_t)search(t, light, u1), sizeof e);
     const struct vec3 radiance = {t->radiance[0][light], t->radiance[1][light],
                                   t->radiance[2][light]};
     const struct sphere_sample a = light_sphere_sample(e.p, e.radius, reference, u1, u2);

@@ -42,26 +42,13 @@ static inline bool light_table_is_whole(const struct view *v)
     return v->table.n > 0 && v->table.holds == UINT32_MAX >> (32 - v->n_lights);
 }
 
-/* The steps of a search for the element of a light that u chooses, cdf[k] <= u < cdf[k + 1]: it is
- * between what is known of the part of [0,1) that u lies in. */
-struct light_range {
-    int32_t low, high;
-};
-
-MATH_INLINE struct light_range light_table_range(const struct light_table *t, int32_t light,
-                                                 float u)
+/* The part of [0,1) that u lies in, of as many equal ones as a light has elements; any for the u of
+ * a lane that is not in use. */
+MATH_INLINE int32_t light_table_part(float u, int32_t count)
 {
-    int32_t n = t->count[light], part = (int32_t)(u * (float)n);
-    part = t->first_part[light] + (part < n ? part : n - 1);
-    return (struct light_range){t->parts[part], t->parts[part + 1] + 1};
-}
-
-MATH_INLINE struct light_range light_table_halve(const struct light_table *t, struct light_range r,
-                                                 float u)
-{
-    int32_t middle = (r.low + r.high) / 2;
-    bool is_above = t->cdf[middle] <= u;
-    return (struct light_range){is_above ? middle : r.low, is_above ? r.high : middle};
+    int32_t part = (int32_t)(u * (float)count);
+    part = part < count ? part : count - 1;
+    return part > 0 ? part : 0;
 }
 
 /* Where a light sample is on a sphere. */

@@ -271,8 +271,7 @@ static void compact(struct stream *s, const struct trace_settings *t)
         move_words(s->seed, from, n);
         move_words(s->index, from, n);
     }
-    const uint32_t n_filled = (n + STREAM_VECTOR - 1) / STREAM_VECTOR * STREAM_VECTOR;
-    if (n_filled < s->n) s->n = n_filled; /* beyond, lanes were never started */
+    if (stream_whole(n) < s->n) s->n = stream_whole(n); /* beyond, lanes were never started */
     for (uint32_t i = 0; i < s->n; i++) s->is_alive[i] = i < n;
 }
 

@@ -23,6 +23,12 @@
  */
 enum { STREAM_SIZE = 128, STREAM_PACKET = 16, STREAM_VECTOR = 16, STREAM_ALIGNMENT = 64 };
 
+/* Lanes of as many vectors as n lanes begin. */
+static inline uint32_t stream_whole(uint32_t n)
+{
+    return (n + STREAM_VECTOR - 1) / STREAM_VECTOR * STREAM_VECTOR;
+}
+
 struct lanes3 {
     float x[STREAM_SIZE], y[STREAM_SIZE], z[STREAM_SIZE];
 };

@@ -40,10 +40,13 @@ struct material {
     bool has_tangents;         /* bump maps: struct bsdf_place needs dp/du and dp/dv */
     /* Diffuse, perhaps the same from both sides: needs no bsdf_point. */
     bool is_plain, is_twosided;
-    uint32_t texture; /* of its reflectance; SCENE_NONE: the same everywhere */
+    uint32_t texture; /* of its colour, here and for `tinted`; SCENE_NONE: the same everywhere */
     struct vec3 reflectance;
     /* [2], seen from the front and from behind; NULL: not the same everywhere. */
     const struct bsdf_point *ready;
+    /* The same of rough plastics and conductors that only vary in the colour of what is below the
+     * coat, or of the metal; colours are to be looked up. NULL: not so. */
+    const struct bsdf_point *tinted;
 };
 
 /* Where a material is asked for; vectors in the shading frame. */

@@ -17,17 +17,18 @@ static void facets_gather_list(struct facet_block *b, struct stream *s, enum fac
         const float side = p->is_mirrored ? -1.0f : 1.0f;
         struct vec3 wi = lanes3_get(&s->wi, i);
         lanes3_set(&b->wi, k, vec3(wi.x, wi.y, wi.z * side));
-        lanes3_set(&b->specular, k, p->specular_reflectance);
         b->alpha_u[k] = p->facets.alpha_u;
         b->alpha_v[k] = p->facets.alpha_v;
         if (facet_list_is_plastic(list)) {
-            lanes3_set(&b->base, k, p->reflectance);
+            lanes3_set(&b->base, k, lanes3_get(&s->reflectance, i));
+            lanes3_set(&b->specular, k, p->specular_reflectance);
             b->index[k] = p->eta;
             b->specular_weight[k] = p->specular_weight;
             b->internal[k] = p->internal_reflection;
             b->nonlinear[k] = p->is_nonlinear ? 1.0f : 0.0f;
             b->t_i[k] = coat_transmittance(&p->coat, max_float(wi.z * side, 0.0f));
         } else {
+            lanes3_set(&b->specular, k, lanes3_get(&s->reflectance, i));
             lanes3_set(&b->eta, k, p->eta_rgb);
             lanes3_set(&b->k, k, p->k_rgb);
         }

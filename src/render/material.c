@@ -106,6 +106,30 @@ static void find_ready(struct material *m, const struct material *materials, uin
     m->ready = points;
 }
 
+/* Of these all but the colour is looked up once. */
+static void find_tinted(struct material *m, const struct material *materials, uint32_t index,
+                        const struct texture_set *textures, struct bsdf_point points[2])
+{
+    const struct bsdf *b = m->bsdf;
+    uint32_t n_varying = 0;
+    if (m->is_plain || m->has_attributes || m->has_direction || m->has_tangents) return;
+    if (b->kind == BSDF_TWOSIDED) {
+        if (b->child[1] != SCENE_NONE && b->child[1] != b->child[0]) return;
+        b = materials[b->child[0]].bsdf;
+    }
+    if (b->kind != BSDF_ROUGH_PLASTIC && b->kind != BSDF_ROUGH_CONDUCTOR) return;
+    uint32_t color = b->kind == BSDF_ROUGH_PLASTIC ? b->reflectance : b->specular_reflectance;
+    for (int i = 0; i < BSDF_TEXTURES - PRINCIPLED_SLOTS; i++)
+        n_varying += varies(textures, bsdf_texture(b, i));
+    if (n_varying != 1 || !varies(textures, color)) return;
+    for (int i = 0; i < 2; i++) {
+        const struct bsdf_place at = {.wi = {0, 0, i == 0 ? 1.0f : -1.0f}};
+        bsdf_point_init(&points[i], materials, index, textures, &at);
+    }
+    m->tinted = points;
+    m->texture = color;
+}
+
 /* Preference for what is specular over what is diffuse: by their mean colours. */
 static float specular_weight(const struct bsdf *b, const struct texture_set *textures)
 {
@@ -158,6 +182,8 @@ void material_init(struct material *materials, const struct bsdf *bsdfs, uint32_
             b->kind == BSDF_BLINN_PHONG)
             m->specular_weight = specular_weight(b, textures);
     }
-    for (uint32_t i = 0; i < n_bsdfs; i++)
+    for (uint32_t i = 0; i < n_bsdfs; i++) {
         find_ready(&materials[i], materials, i, textures, ready + 2 * (size_t)i);
+        find_tinted(&materials[i], materials, i, textures, ready + 2 * (size_t)i);
+    }
 }

@@ -127,7 +127,7 @@ struct stream {
     uint32_t is_caster[STREAM_SIZE];        /* with photons */
     uint32_t bsdf_is_twosided[STREAM_SIZE]; /* and plain */
     float bsdf_side[STREAM_SIZE];           /* -1 where seen from behind and two-sided, else 1 */
-    struct lanes3 reflectance;
+    struct lanes3 reflectance; /* also of rough plastics below their coat, and of rough metals */
     uint32_t facets[FACET_LISTS_N][STREAM_SIZE], scalar[STREAM_SIZE];
     struct facet_block facet_blocks[FACET_LISTS_N];
     const struct bsdf_point *bsdf[STREAM_SIZE]; /* all but plain ones */

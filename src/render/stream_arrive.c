@@ -75,8 +75,6 @@ static void fetch(struct stream *s, const struct view *v, uint32_t i)
     s->bsdf_is_twosided[i] = m->is_plain && m->is_twosided;
     s->texture_u[i] = surface.u;
     s->texture_v[i] = surface.v;
-    if (m->picture != SCENE_NONE)
-        texture_prefetch(&v->textures, &v->textures.textures[m->picture], surface.u, surface.v);
     s->bsdf_is_smooth[i] = true;
     lanes3_set(&s->reflectance, i, m->reflectance);
     /* Tangents wait in lanes that are used later. */
@@ -88,8 +86,7 @@ static void fetch(struct stream *s, const struct view *v, uint32_t i)
 }
 
 /* The same where it is simple. */
-static void fetch_simple(struct stream *s, const struct view *v, uint32_t i,
-                         const struct view_shape *a)
+static void fetch_simple(struct stream *s, uint32_t i, const struct view_shape *a)
 {
     const struct hit *hit = &s->hit[i];
     const uint32_t *at = a->indices + 3 * (size_t)hit->primitive;
@@ -106,7 +103,6 @@ static void fetch_simple(struct stream *s, const struct view *v, uint32_t i,
     s->bsdf_is_smooth[i] = true;
     s->texture_u[i] = uv.x;
     s->texture_v[i] = uv.y;
-    if (a->picture) texture_prefetch(&v->textures, a->picture, uv.x, uv.y);
 }
 
 static void turn_frame(struct stream *s, uint32_t i)
@@ -131,14 +127,6 @@ static void emit(struct stream *s, const struct view *v, const struct trace_sett
     struct vec3 emission = path_emission(v, t, &path, &surface, lanes3_get(&s->d, i));
     stream_add_radiance(s, i, s->shape[i]->emitter, true,
                         vec3_mul(lanes3_get(&s->throughput, i), emission));
-}
-
-/* A plain one that has a texture. */
-static void look_up_texture(struct stream *s, const struct view *v, uint32_t i)
-{
-    const struct material *m = &v->materials[v->state.shape_bsdfs[s->shape[i]->index]];
-    lanes3_set(&s->reflectance, i,
-               texture_eval(&v->textures, m->texture, s->texture_u[i], s->texture_v[i]));
 }
 
 static void look_up_point(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf)
@@ -178,6 +166,8 @@ static void look_up_material(struct stream *s, const struct view *v, uint32_t i,
     const struct material *m = &v->materials[bsdf];
     if (m->ready)
         s->bsdf[i] = &m->ready[s->wi.z[i] < 0.0f];
+    else if (m->tinted && !has_photons)
+        s->bsdf[i] = &m->tinted[s->wi.z[i] < 0.0f];
     else
         look_up_point(s, v, i, bsdf);
     const struct bsdf_point *b = s->bsdf[i];
@@ -191,6 +181,8 @@ static void look_up_material(struct stream *s, const struct view *v, uint32_t i,
                                    ? (is_ggx ? FACET_PLASTIC_GGX : FACET_PLASTIC_BECKMANN)
                                    : (is_ggx ? FACET_CONDUCTOR_GGX : FACET_CONDUCTOR_BECKMANN);
         s->facets[list][s->n_facets[list]++] = i;
+        if (!m->tinted)
+            lanes3_set(&s->reflectance, i, is_plastic ? b->reflectance : b->specular_reflectance);
     } else {
         s->scalar[s->n_scalar++] = i;
     }
@@ -240,7 +232,8 @@ enum { STEP_AHEAD = 12 };
 struct arrivals {
     uint32_t n, lane[STREAM_SIZE]; /* that have hit something */
     const struct view_shape *shape[STREAM_SIZE];
-    uint32_t n_textured, textured[STREAM_SIZE]; /* plain but for a texture */
+    uint32_t n_textured, textured[STREAM_SIZE]; /* colours to look up */
+    struct texture_spot spot[STREAM_SIZE];      /* of those that look into a picture */
     uint32_t n_special, special[STREAM_SIZE];   /* something shines, or the material is not plain */
 };
 
@@ -270,13 +263,29 @@ static void arrive_lane(struct arrivals *a, struct stream *s, const struct view 
     const struct view_shape *shape = a->shape[k];
     uint32_t i = a->lane[k];
     if (shape->is_simple && v->instances[s->hit[i].instance].is_identity)
-        fetch_simple(s, v, i, shape);
+        fetch_simple(s, i, shape);
     else
         fetch(s, v, i);
-    if (shape->is_special || (has_photons && !shape->is_textured))
-        a->special[a->n_special++] = i;
-    else if (shape->is_textured)
-        a->textured[a->n_textured++] = i;
+    if (shape->picture) {
+        struct texture_spot *spot = &a->spot[a->n_textured];
+        texture_locate(spot, &v->textures, shape->picture, s->texture_u[i], s->texture_v[i]);
+        texture_prefetch(&v->textures, spot);
+    }
+    if (shape->is_textured) a->textured[a->n_textured++] = i;
+    if (shape->is_special || has_photons) a->special[a->n_special++] = i;
+}
+
+/* Looks up the k-th of the colours. */
+static void color_lane(const struct arrivals *a, struct stream *s, const struct view *v, uint32_t k)
+{
+    uint32_t i = a->textured[k], shape = s->shape[i]->index;
+    struct vec3 color;
+    if (v->shapes[shape].picture)
+        color = texture_read(&v->textures, &a->spot[k]);
+    else
+        color = texture_eval(&v->textures, v->materials[v->state.shape_bsdfs[shape]].texture,
+                             s->texture_u[i], s->texture_v[i]);
+    lanes3_set(&s->reflectance, i, color);
 }
 
 /* Finds the lanes that something is left to do for, and lets go those that have hit nothing. The
@@ -327,12 +336,10 @@ bool stream_arrive(struct stream *s, const struct view *v, const struct trace_se
         if (k >= STEP_AHEAD && k - STEP_AHEAD < a.n) prefetch_corners(&a, s, k - STEP_AHEAD);
         if (k >= 2 * STEP_AHEAD) arrive_lane(&a, s, v, k - 2 * STEP_AHEAD, has_photons);
         if (!is_last && n_looked_up + STEP_AHEAD < a.n_textured)
-            look_up_texture(s, v, a.textured[n_looked_up++]);
+            color_lane(&a, s, v, n_looked_up++);
     }
-    while (!is_last && n_looked_up < a.n_textured) look_up_texture(s, v, a.textured[n_looked_up++]);
+    while (!is_last && n_looked_up < a.n_textured) color_lane(&a, s, v, n_looked_up++);
     v->world->kernels->surface(s);
-    for (uint32_t k = 0; has_photons && !is_last && k < a.n_textured; k++)
-        gather(s, v, t, a.textured[k], depth);
     for (uint32_t k = 0; k < a.n_special; k++) {
         uint32_t i = a.special[k];
         const struct world_shape *shape = s->shape[i];
@@ -343,7 +350,6 @@ bool stream_arrive(struct stream *s, const struct view *v, const struct trace_se
             emit(s, v, t, i);
         if (is_last) continue;
         if (!m->is_plain) look_up_material(s, v, i, bsdf, has_photons);
-        if (m->is_plain && m->texture != SCENE_NONE) look_up_texture(s, v, i);
         if (has_photons) gather(s, v, t, i, depth);
     }
     return !is_last;

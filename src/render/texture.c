@@ -49,23 +49,73 @@ static inline struct pair neighbours(float t, uint32_t n, enum texture_wrap mode
     return p;
 }
 
-static struct vec3 bitmap_eval(const struct texture_set *set, const struct texture *t, float u,
-                               float v)
+void texture_locate(struct texture_spot *spot, const struct texture_set *set,
+                    const struct texture *t, float u, float v)
 {
     const struct bitmap *b = &set->bitmaps[t->bitmap];
-    const float *decode = set->decode[t->is_raw];
-    float x = u * (float)b->width, y = v * (float)b->height;
+    float x = t->to_uv[0][0] * u + t->to_uv[0][1] * v + t->to_uv[0][2];
+    float y = t->to_uv[1][0] * u + t->to_uv[1][1] * v + t->to_uv[1][2];
     /* Far outside, floats hold no fraction any more and integers would overflow. */
-    if (!(fabsf(x) < 1e9f && fabsf(y) < 1e9f)) u = v = x = y = 0.0f;
+    if (!(fabsf(x * (float)b->width) < 1e9f && fabsf(y * (float)b->height) < 1e9f)) x = y = 0.0f;
+    struct pair i = {0}, j = {0};
+    if (t->filter == TEXTURE_NEAREST) {
+        i.a = i.b = wrap((int32_t)floor_float(x * (float)b->width), b->width, t->wrap);
+        j.a = j.b = wrap((int32_t)floor_float(y * (float)b->height), b->height, t->wrap);
+    } else {
+        i = neighbours(x, b->width, t->wrap);
+        j = neighbours(y, b->height, t->wrap);
+    }
+    const size_t width = b->width, n = b->n_channels;
+    *spot = (struct texture_spot){
+        .texture = t,
+        .at = {{(j.a * width + i.a) * n, (j.a * width + i.b) * n},
+               {(j.b * width + i.a) * n, (j.b * width + i.b) * n}},
+        .share_x = i.share,
+        .share_y = j.share,
+    };
+}
+
+/* Neighbours in a row are in one line most of the time. */
+void texture_prefetch(const struct texture_set *set, const struct texture_spot *spot)
+{
+    const struct bitmap *b = &set->bitmaps[spot->texture->bitmap];
+    for (int j = 0; j < 2; j++) {
+        if (b->u8)
+            __builtin_prefetch(b->u8 + spot->at[j][0]);
+        else if (b->f16)
+            __builtin_prefetch(b->f16 + spot->at[j][0]);
+        else
+            __builtin_prefetch(b->f32 + spot->at[j][0]);
+    }
+}
+
+/* Between four texels. */
+static inline struct vec3 blend(const struct texture_spot *s, struct vec3 a, struct vec3 b,
+                                struct vec3 c, struct vec3 d)
+{
+    struct vec3 top = vec3_madd(vec3_scale(a, 1.0f - s->share_x), b, s->share_x);
+    struct vec3 bottom = vec3_madd(vec3_scale(c, 1.0f - s->share_x), d, s->share_x);
+    return vec3_mul(vec3_madd(vec3_scale(top, 1.0f - s->share_y), bottom, s->share_y),
+                    s->texture->value);
+}
+
+struct vec3 texture_read(const struct texture_set *set, const struct texture_spot *spot)
+{
+    const struct texture *t = spot->texture;
+    const struct bitmap *b = &set->bitmaps[t->bitmap];
+    const float *decode = set->decode[t->is_raw];
+    const size_t(*at)[2] = spot->at;
     if (t->filter == TEXTURE_NEAREST)
-        return bitmap_texel(b, decode, wrap((int32_t)floor_float(x), b->width, t->wrap),
-                            wrap((int32_t)floor_float(y), b->height, t->wrap));
-    struct pair i = neighbours(u, b->width, t->wrap), j = neighbours(v, b->height, t->wrap);
-    struct vec3 top = vec3_madd(vec3_scale(bitmap_texel(b, decode, i.a, j.a), 1.0f - i.share),
-                                bitmap_texel(b, decode, i.b, j.a), i.share);
-    struct vec3 bottom = vec3_madd(vec3_scale(bitmap_texel(b, decode, i.a, j.b), 1.0f - i.share),
-                                   bitmap_texel(b, decode, i.b, j.b), i.share);
-    return vec3_madd(vec3_scale(top, 1.0f - j.share), bottom, j.share);
+        return vec3_mul(bitmap_texel_at(b, decode, at[0][0]), t->value);
+    if (b->u8) { /* the common case, for one branch instead of four */
+        const struct bitmap bytes = {.n_channels = b->n_channels, .u8 = b->u8};
+        return blend(spot, bitmap_texel_at(&bytes, decode, at[0][0]),
+                     bitmap_texel_at(&bytes, decode, at[0][1]),
+                     bitmap_texel_at(&bytes, decode, at[1][0]),
+                     bitmap_texel_at(&bytes, decode, at[1][1]));
+    }
+    return blend(spot, bitmap_texel_at(b, decode, at[0][0]), bitmap_texel_at(b, decode, at[0][1]),
+                 bitmap_texel_at(b, decode, at[1][0]), bitmap_texel_at(b, decode, at[1][1]));
 }
 
 struct vec2 texture_gradient_1(const struct texture_set *set, uint32_t index, float u, float v)
@@ -129,6 +179,11 @@ struct vec3 texture_lookup(const struct texture_set *set, const struct texture *
     if (t->kind == TEXTURE_CONSTANT) return t->value;
     if (t->kind == TEXTURE_MESH_ATTRIBUTE)
         return vec3_mul(attribute_eval(&set->place, t->attribute), t->value);
+    if (t->kind == TEXTURE_BITMAP) {
+        struct texture_spot spot;
+        texture_locate(&spot, set, t, u, v);
+        return texture_read(set, &spot);
+    }
     float x = t->to_uv[0][0] * u + t->to_uv[0][1] * v + t->to_uv[0][2];
     float y = t->to_uv[1][0] * u + t->to_uv[1][1] * v + t->to_uv[1][2];
     if (t->kind == TEXTURE_CHECKERBOARD) {
@@ -136,27 +191,7 @@ struct vec3 texture_lookup(const struct texture_set *set, const struct texture *
         bool is_right = x - floor_float(x) > 0.5f, is_upper = y - floor_float(y) > 0.5f;
         return vec3_mul(is_right == is_upper ? t->color0 : t->color1, t->value);
     }
-    if (t->kind == TEXTURE_GRID)
-        return vec3_mul(on_line(t, x, y) ? t->color1 : t->color0, t->value);
-    return vec3_mul(bitmap_eval(set, t, x, y), t->value);
-}
-
-void texture_prefetch(const struct texture_set *set, const struct texture *t, float u, float v)
-{
-    if (t->kind != TEXTURE_BITMAP) return;
-    const struct bitmap *b = &set->bitmaps[t->bitmap];
-    float x = t->to_uv[0][0] * u + t->to_uv[0][1] * v + t->to_uv[0][2];
-    float y = t->to_uv[1][0] * u + t->to_uv[1][1] * v + t->to_uv[1][2];
-    if (!(fabsf(x) < 1e4f && fabsf(y) < 1e4f) || !b->u8) return;
-    /* Both rows, as if the picture repeated. */
-    uint32_t column = (uint32_t)((x - floor_float(x)) * (float)b->width);
-    uint32_t row = (uint32_t)((y - floor_float(y)) * (float)b->height);
-    if (column >= b->width || row >= b->height) return;
-    size_t stride = (size_t)b->width * b->n_channels;
-    const uint8_t *at = b->u8 + row * stride + (size_t)column * b->n_channels;
-    __builtin_prefetch(at);
-    if (row > 0) __builtin_prefetch(at - stride);
-    if (row + 1 < b->height) __builtin_prefetch(at + stride);
+    return vec3_mul(on_line(t, x, y) ? t->color1 : t->color0, t->value); /* a grid */
 }
 
 double texture_aspect(const struct texture_set *set, uint32_t index)

@@ -30,8 +30,19 @@ void texture_decode_init(float decode[2][256]);
 struct vec3 texture_lookup(const struct texture_set *set, const struct texture *t, float u,
                            float v);
 
-/* Asks memory for what the lookup will read, some time before it. */
-void texture_prefetch(const struct texture_set *set, const struct texture *t, float u, float v);
+/* Where a lookup reads a bitmap: four texels, by row and column, as numbers of their first channel,
+ * and the shares of the second row and column. */
+struct texture_spot {
+    const struct texture *texture;
+    size_t at[2][2];
+    float share_x, share_y;
+};
+
+/* The lookup of a TEXTURE_BITMAP in two steps: memory is asked for between them. */
+void texture_locate(struct texture_spot *spot, const struct texture_set *set,
+                    const struct texture *t, float u, float v);
+void texture_prefetch(const struct texture_set *set, const struct texture_spot *spot);
+struct vec3 texture_read(const struct texture_set *set, const struct texture_spot *spot);
 
 static inline struct vec3 texture_eval(const struct texture_set *set, uint32_t index, float u,
                                        float v)
@@ -66,11 +77,11 @@ static inline float decode_between(const float decode[256], float v)
     return p[0] + (x - i) * (p[1] - p[0]);
 }
 
-/* Texel (x, y) of a bitmap as RGB; grey pictures are spread, alpha is ignored. */
-static inline struct vec3 bitmap_texel(const struct bitmap *b, const float decode[256], uint32_t x,
-                                       uint32_t y)
+/* A texel of a bitmap as RGB, by the number of its first channel; grey pictures are spread, alpha
+ * is ignored. */
+static inline struct vec3 bitmap_texel_at(const struct bitmap *b, const float decode[256],
+                                          size_t at)
 {
-    size_t at = ((size_t)y * b->width + x) * b->n_channels;
     int g = b->n_channels < 3 ? 0 : 1, h = 2 * g;
     if (b->u8) {
         const uint8_t *p = b->u8 + at;
@@ -84,6 +95,13 @@ static inline struct vec3 bitmap_texel(const struct bitmap *b, const float decod
     if (!b->is_srgb) return vec3(p[0], p[g], p[h]);
     return vec3(decode_between(decode, p[0]), decode_between(decode, p[g]),
                 decode_between(decode, p[h]));
+}
+
+/* Texel (x, y). */
+static inline struct vec3 bitmap_texel(const struct bitmap *b, const float decode[256], uint32_t x,
+                                       uint32_t y)
+{
+    return bitmap_texel_at(b, decode, ((size_t)y * b->width + x) * b->n_channels);
 }
 
 /* Width / height of a bitmap, as projectors throw it; 1 for others. */

@@ -230,7 +230,7 @@ static void refresh_shape(struct view *v, uint32_t index)
         .side = shape->is_flipped ? -1.0f : 1.0f,
         .is_simple = shape->kind == SHAPE_MESH && !m->has_direction && !m->has_tangents,
         .is_twosided = m->is_plain && m->is_twosided,
-        .is_textured = m->is_plain && m->texture != SCENE_NONE,
+        .is_textured = m->texture != SCENE_NONE,
         .is_special = shines || !m->is_plain,
     };
 }

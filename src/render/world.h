@@ -77,7 +77,8 @@ struct view_shape {
     struct vec3 reflectance;       /* plain materials */
     float side;                    /* of normals: -1 to turn them */
     bool is_simple;                /* a mesh, and no tangents: what is here suffices */
-    bool is_twosided, is_textured; /* where the material is plain (bsdf.h) */
+    bool is_twosided;              /* and plain (bsdf.h) */
+    bool is_textured;              /* plain or tinted, and the colour is a texture */
     bool is_special;               /* it shines, or the material is not plain */
 };
 

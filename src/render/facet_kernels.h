@@ -27,6 +27,10 @@ static void facets_gather_list(struct facet_block *b, struct stream *s, enum fac
             b->internal[k] = p->internal_reflection;
             b->nonlinear[k] = p->is_nonlinear ? 1.0f : 0.0f;
             b->t_i[k] = coat_transmittance(&p->coat, max_float(wi.z * side, 0.0f));
+        } else if (facet_list_is_dielectric(list)) {
+            lanes3_set(&b->specular, k, p->specular_reflectance);
+            lanes3_set(&b->base, k, p->specular_transmittance);
+            b->index[k] = p->eta;
         } else {
             lanes3_set(&b->specular, k, lanes3_get(&s->reflectance, i));
             lanes3_set(&b->eta, k, p->eta_rgb);
@@ -59,6 +63,10 @@ LANE void facets_eval_lane(struct facet_block *b, uint32_t k, enum facet_list li
                             b->internal[k], b->nonlinear[k], lanes3_get(&b->base, k),
                             lanes3_get(&b->specular, k), wi, wo, b->t_i[k], b->t_o[k], &value,
                             &pdf);
+    } else if (facet_list_is_dielectric(list)) {
+        facets_dielectric_eval(kind, b->alpha_u[k], b->alpha_v[k], b->index[k],
+                               lanes3_get(&b->specular, k), lanes3_get(&b->base, k), wi, wo, &value,
+                               &pdf);
     } else {
         facets_conductor_eval(kind, b->alpha_u[k], b->alpha_v[k], lanes3_get(&b->eta, k),
                               lanes3_get(&b->k, k), lanes3_get(&b->specular, k), wi, wo, &value,
@@ -75,6 +83,14 @@ LANE void facets_sample_lane(struct facet_block *b, uint32_t k, enum facet_list 
     if (facet_list_is_plastic(list)) {
         wo = facets_plastic_sample(kind, b->alpha_u[k], b->alpha_v[k], b->specular_weight[k], wi,
                                    b->t_i[k], b->u1[k], b->u2[k], b->v2[k]);
+    } else if (facet_list_is_dielectric(list)) {
+        float pdf, eta;
+        facets_dielectric_sample(kind, b->alpha_u[k], b->alpha_v[k], b->index[k],
+                                 lanes3_get(&b->specular, k), lanes3_get(&b->base, k), wi, b->u1[k],
+                                 b->u2[k], b->v2[k], &wo, &weight, &pdf, &eta);
+        lanes3_set(&b->value, k, weight);
+        b->pdf[k] = pdf;
+        b->wo_eta[k] = eta;
     } else {
         float pdf;
         facets_conductor_sample(kind, b->alpha_u[k], b->alpha_v[k], lanes3_get(&b->eta, k),
@@ -93,16 +109,20 @@ LANE void facets_sample_lane(struct facet_block *b, uint32_t k, enum facet_list 
         _Pragma("omp simd") for (uint32_t k = 0; k < n_lanes; k++) lane; \
     } while (0)
 
-#define FACET_LISTS(b, name, list)                               \
-    do {                                                         \
-        if ((list) == FACET_CONDUCTOR_GGX)                       \
-            FACET_LOOP(b, name(b, k, FACET_CONDUCTOR_GGX));      \
-        else if ((list) == FACET_CONDUCTOR_BECKMANN)             \
-            FACET_LOOP(b, name(b, k, FACET_CONDUCTOR_BECKMANN)); \
-        else if ((list) == FACET_PLASTIC_GGX)                    \
-            FACET_LOOP(b, name(b, k, FACET_PLASTIC_GGX));        \
-        else                                                     \
-            FACET_LOOP(b, name(b, k, FACET_PLASTIC_BECKMANN));   \
+#define FACET_LISTS(b, name, list)                                \
+    do {                                                          \
+        if ((list) == FACET_CONDUCTOR_GGX)                        \
+            FACET_LOOP(b, name(b, k, FACET_CONDUCTOR_GGX));       \
+        else if ((list) == FACET_CONDUCTOR_BECKMANN)              \
+            FACET_LOOP(b, name(b, k, FACET_CONDUCTOR_BECKMANN));  \
+        else if ((list) == FACET_PLASTIC_GGX)                     \
+            FACET_LOOP(b, name(b, k, FACET_PLASTIC_GGX));         \
+        else if ((list) == FACET_PLASTIC_BECKMANN)                \
+            FACET_LOOP(b, name(b, k, FACET_PLASTIC_BECKMANN));    \
+        else if ((list) == FACET_DIELECTRIC_GGX)                  \
+            FACET_LOOP(b, name(b, k, FACET_DIELECTRIC_GGX));      \
+        else                                                      \
+            FACET_LOOP(b, name(b, k, FACET_DIELECTRIC_BECKMANN)); \
     } while (0)
 
 KERNEL facets_eval_block(struct facet_block *b, enum facet_list list)
@@ -131,7 +151,8 @@ static void facets_eval(struct stream *s)
         facets_eval_block(b, list);
         for (uint32_t k = 0; k < b->n; k++) {
             const uint32_t i = s->facets[list][k];
-            bool is_lit = b->wi.z[k] > 0.0f && b->wo.z[k] > 0.0f;
+            bool is_lit = facet_list_is_dielectric(list) ||
+                          (b->wi.z[k] > 0.0f && b->wo.z[k] > 0.0f);
             lanes3_set(&s->value, i, is_lit ? lanes3_get(&b->value, k) : vec3_splat(0.0f));
             s->value_pdf[i] = is_lit ? b->pdf[k] : 0.0f;
         }
@@ -160,13 +181,14 @@ static void facets_sample(struct stream *s)
             const float side = s->bsdf[i]->is_mirrored ? -1.0f : 1.0f, pdf = b->pdf[k];
             struct vec3 wo = lanes3_get(&b->wo, k), weight = lanes3_get(&b->value, k);
             bool is_finite = vec3_is_finite(wo); /* not of absurd values, or from below */
-            bool is_lit = is_finite && b->wi.z[k] > 0.0f && wo.z > 0.0f && pdf > 0.0f;
+            bool is_above = facet_list_is_dielectric(list) || (b->wi.z[k] > 0.0f && wo.z > 0.0f);
+            bool is_lit = is_finite && is_above && pdf > 0.0f;
             if (facet_list_is_plastic(list)) weight = vec3_scale(weight, 1.0f / pdf);
             if (!is_lit) weight = vec3_splat(0.0f);
             lanes3_set(&s->wo, i, is_finite ? vec3(wo.x, wo.y, wo.z * side) : vec3(0, 0, 1));
             lanes3_set(&s->weight, i, weight);
             s->wo_pdf[i] = pdf;
-            s->wo_eta[i] = 1.0f;
+            s->wo_eta[i] = facet_list_is_dielectric(list) ? b->wo_eta[k] : 1.0f;
             s->wo_is_delta[i] = 0;
         }
     }

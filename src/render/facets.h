@@ -205,4 +205,78 @@ MATH_INLINE struct vec3 facets_plastic_sample(enum microfacet_kind kind, float a
     return vec3_add(vec3_scale(coat, of_coat), vec3_scale(base, 1.0f - of_coat));
 }
 
+/* ---- Rough dielectrics ----------------------------------------------------------------------- */
+
+/* m on the normal's side, or the other: flipped where z is below. */
+MATH_INLINE struct vec3 facets_front(struct vec3 m, float z)
+{
+    return vec3_scale(m, z < 0.0f ? -1.0f : 1.0f);
+}
+
+/* Value (with cosine) and density (Walter et al. 2007); both 0 where no facet sends light from one
+ * to the other. */
+MATH_INLINE void facets_dielectric_eval(enum microfacet_kind kind, float alpha_u, float alpha_v,
+                                        float index, struct vec3 reflectance,
+                                        struct vec3 transmittance, struct vec3 wi, struct vec3 wo,
+                                        struct vec3 *value, float *pdf)
+{
+    bool is_reflection = wi.z * wo.z > 0.0f;
+    float inverse = 1.0f / index, eta = wi.z > 0.0f ? index : inverse;
+    struct vec3 half = vec3_madd(wi, wo, is_reflection ? 1.0f : eta);
+    float length2 = vec3_dot(half, half);
+    struct vec3 m = facets_front(vec3_scale(half, 1.0f / sqrtf(length2)), half.z);
+    float i_m = vec3_dot(wi, m), o_m = vec3_dot(wo, m);
+    float d = facets_d(kind, alpha_u, alpha_v, m), r = fresnel_dielectric(i_m, index).r;
+    float g_o = facets_g1(kind, alpha_u, alpha_v, wo, m);
+    /* The density of m, then by the Jacobians of reflection and refraction. */
+    float visible = d * facets_g1(kind, alpha_u, alpha_v, wi, m) * fabsf(i_m / wi.z);
+    float reflected = visible * r / (4.0f * fabsf(o_m));
+    float refracted = visible * (1.0f - r) * eta * eta * fabsf(o_m) /
+                      facets_square(i_m + eta * o_m);
+    float density = is_reflection ? reflected : refracted;
+    float scale = density * g_o, unscaled = scale / (eta * eta);
+    scale = is_reflection ? scale : unscaled;
+    /* Micro- and macrosurface must agree on the side. */
+    bool is_lit = (length2 > 0.0f) & (i_m * wi.z > 0.0f) & (o_m * wo.z > 0.0f) & (d > 0.0f);
+    *pdf = is_lit ? density : 0.0f;
+    value->x = is_lit ? (is_reflection ? reflectance.x : transmittance.x) * scale : 0.0f;
+    value->y = is_lit ? (is_reflection ? reflectance.y : transmittance.y) * scale : 0.0f;
+    value->z = is_lit ? (is_reflection ? reflectance.z : transmittance.z) * scale : 0.0f;
+}
+
+/* The weight is 0 where nothing was sampled. eta: relative index of what was passed. */
+MATH_INLINE void facets_dielectric_sample(enum microfacet_kind kind, float alpha_u, float alpha_v,
+                                          float index, struct vec3 reflectance,
+                                          struct vec3 transmittance, struct vec3 wi, float u1,
+                                          float u2, float v2, struct vec3 *wo, struct vec3 *weight,
+                                          float *pdf, float *eta)
+{
+    struct vec3 above = facets_front(wi, wi.z),
+                m = facets_normal(kind, alpha_u, alpha_v, above, u2, v2);
+    float visible = facets_d(kind, alpha_u, alpha_v, m) *
+                    facets_g1(kind, alpha_u, alpha_v, above, m) * fabsf(vec3_dot(above, m)) /
+                    above.z;
+    float i_m = vec3_dot(wi, m);
+    struct fresnel f = fresnel_dielectric(i_m, index);
+    bool is_reflection = u1 <= f.r;
+    struct vec3 mirrored = fresnel_reflect(wi, m), bent = fresnel_refract(wi, m, f.cos_t, f.eta_ti);
+    wo->x = is_reflection ? mirrored.x : bent.x;
+    wo->y = is_reflection ? mirrored.y : bent.y;
+    wo->z = is_reflection ? mirrored.z : bent.z;
+    float o_m = vec3_dot(*wo, m);
+    float reflected = visible * f.r / (4.0f * fabsf(o_m));
+    float refracted = visible * (1.0f - f.r) * facets_square(f.eta_it) * fabsf(o_m) /
+                      facets_square(i_m + f.eta_it * o_m);
+    float density = is_reflection ? reflected : refracted;
+    float g_o = facets_g1(kind, alpha_u, alpha_v, *wo, m);
+    /* Radiance changes with the square of the index. */
+    float scale = g_o * (is_reflection ? 1.0f : facets_square(f.eta_ti));
+    bool is_lit = (wi.z != 0.0f) & (density > 0.0f) & (density < INFINITY);
+    *pdf = is_lit ? density : 0.0f;
+    *eta = is_reflection ? 1.0f : f.eta_it;
+    weight->x = is_lit ? (is_reflection ? reflectance.x : transmittance.x) * scale : 0.0f;
+    weight->y = is_lit ? (is_reflection ? reflectance.y : transmittance.y) * scale : 0.0f;
+    weight->z = is_lit ? (is_reflection ? reflectance.z : transmittance.z) * scale : 0.0f;
+}
+
 #endif

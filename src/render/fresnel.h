@@ -12,28 +12,21 @@ struct fresnel {
     float eta_it, eta_ti; /* relative index in the direction of travel, and its reciprocal */
 };
 
-/* eta = index inside / outside; cos_i > 0 comes from outside (the side of the normal). */
-static inline struct fresnel fresnel_dielectric(float cos_i, float eta)
+/* eta = index inside / outside; cos_i > 0 comes from outside (the side of the normal). Without
+ * branches, for vector code. */
+MATH_INLINE struct fresnel fresnel_dielectric(float cos_i, float eta)
 {
-    struct fresnel f;
     bool is_outside = cos_i >= 0.0f;
-    float inverse = 1.0f / eta;
-    f.eta_it = is_outside ? eta : inverse;
-    f.eta_ti = is_outside ? inverse : eta;
-    float ci = fabsf(cos_i);
-    float cos_t2 = 1.0f - (1.0f - cos_i * cos_i) * f.eta_ti * f.eta_ti;
-    float ct = cos_t2 > 0.0f ? sqrtf(cos_t2) : 0.0f;
-    f.cos_t = is_outside ? -ct : ct;
-    if (eta == 1.0f) {
-        f.r = 0.0f;
-    } else if (ci == 0.0f) {
-        f.r = 1.0f;
-    } else {
-        float s = (ci - f.eta_it * ct) / (ci + f.eta_it * ct);
-        float p = (ct - f.eta_it * ci) / (ct + f.eta_it * ci);
-        f.r = 0.5f * (s * s + p * p);
-    }
-    return f;
+    float inverse = 1.0f / eta, ci = fabsf(cos_i);
+    float eta_it = is_outside ? eta : inverse, eta_ti = is_outside ? inverse : eta;
+    float ct = sqrtf(max_float(1.0f - (1.0f - cos_i * cos_i) * eta_ti * eta_ti, 0.0f));
+    float s = (ci - eta_it * ct) / (ci + eta_it * ct), p = (ct - eta_it * ci) / (ct + eta_it * ci);
+    float r = 0.5f * (s * s + p * p);
+    r = ci == 0.0f ? 1.0f : r;
+    return (struct fresnel){.r = eta == 1.0f ? 0.0f : r,
+                            .cos_t = is_outside ? -ct : ct,
+                            .eta_it = eta_it,
+                            .eta_ti = eta_ti};
 }
 
 /* The reflected fraction for light from outside, cos_i >= 0, without branches. */
@@ -44,6 +37,7 @@ MATH_INLINE float fresnel_outside(float cos_i, float eta)
     float s = (cos_i - eta * ct) * (ct + eta * cos_i), p = (ct - eta * cos_i) * (cos_i + eta * ct);
     float most = (ct + eta * cos_i) * (cos_i + eta * ct);
     float r = 0.5f * (s * s + p * p) / (most * most); /* of both polarisations */
+    r = ct == 0.0f ? 1.0f : r; /* where small numbers leave nothing to divide */
     return eta == 1.0f ? 0.0f : r;
 }
 

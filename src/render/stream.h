@@ -51,12 +51,19 @@ enum facet_list {
     FACET_CONDUCTOR_BECKMANN,
     FACET_PLASTIC_GGX,
     FACET_PLASTIC_BECKMANN,
+    FACET_DIELECTRIC_GGX,
+    FACET_DIELECTRIC_BECKMANN,
     FACET_LISTS_N
 };
 
 static inline bool facet_list_is_plastic(enum facet_list list)
 {
-    return list >= FACET_PLASTIC_GGX;
+    return list == FACET_PLASTIC_GGX || list == FACET_PLASTIC_BECKMANN;
+}
+
+static inline bool facet_list_is_dielectric(enum facet_list list)
+{
+    return list >= FACET_DIELECTRIC_GGX;
 }
 
 static inline enum microfacet_kind facet_list_kind(enum facet_list list)
@@ -71,10 +78,11 @@ struct facet_block {
     float alpha_v[STREAM_SIZE];
     struct lanes3 wi, wo, specular, value;
     float pdf[STREAM_SIZE];
-    struct lanes3 eta, k; /* conductors */
+    struct lanes3 eta, k;                          /* conductors */
+    float index[STREAM_SIZE], wo_eta[STREAM_SIZE]; /* wo_eta, for dielectrics: of the sample */
+    struct lanes3 base; /* plastics: of what is below; dielectrics: of what passes */
     /* Plastics. */
-    struct lanes3 base;
-    float index[STREAM_SIZE], specular_weight[STREAM_SIZE];
+    float specular_weight[STREAM_SIZE];
     float internal[STREAM_SIZE], nonlinear[STREAM_SIZE];
     float t_i[STREAM_SIZE], t_o[STREAM_SIZE]; /* what the coat lets through */
     float u1[STREAM_SIZE], u2[STREAM_SIZE], v2[STREAM_SIZE];
@@ -86,7 +94,7 @@ enum stream_numbers { STREAM_LOBE = 1, STREAM_ROULETTE = 2 };
 struct stream {
     uint64_t ray_ticks; /* sums up what casting takes */
     uint32_t n;         /* lanes in use; those of dead paths compute nothing that matters */
-    uint32_t n_facets[FACET_LISTS_N]; /* lanes of rough conductors and plastics */
+    uint32_t n_facets[FACET_LISTS_N]; /* lanes of rough conductors, plastics, dielectrics */
     uint32_t n_scalar;                /* of materials that no vector code knows */
 
     /* Arrays lie on whole vectors: compilers would have loops begin lane by lane. */

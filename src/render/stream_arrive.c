@@ -155,7 +155,8 @@ static void look_up_point(struct stream *s, const struct view *v, uint32_t i, ui
 /* Whether vector code knows the material. */
 static bool has_kernel(const struct bsdf_point *b)
 {
-    bool is_known = b->kind == BSDF_ROUGH_CONDUCTOR || b->kind == BSDF_ROUGH_PLASTIC;
+    bool is_known = b->kind == BSDF_ROUGH_CONDUCTOR || b->kind == BSDF_ROUGH_PLASTIC ||
+                    b->kind == BSDF_ROUGH_DIELECTRIC;
     return is_known && b->opacity == 1.0f && !b->is_turned;
 }
 
@@ -176,10 +177,11 @@ static void look_up_material(struct stream *s, const struct view *v, uint32_t i,
         s->bsdf_side[i] = b->is_mirrored ? -1.0f : 1.0f;
         lanes3_set(&s->reflectance, i, b->reflectance);
     } else if (has_kernel(b) && !has_photons) {
-        bool is_plastic = b->kind == BSDF_ROUGH_PLASTIC, is_ggx = b->facets.kind == MICROFACET_GGX;
-        enum facet_list list = is_plastic
-                                   ? (is_ggx ? FACET_PLASTIC_GGX : FACET_PLASTIC_BECKMANN)
-                                   : (is_ggx ? FACET_CONDUCTOR_GGX : FACET_CONDUCTOR_BECKMANN);
+        bool is_plastic = b->kind == BSDF_ROUGH_PLASTIC;
+        enum facet_list list = is_plastic                         ? FACET_PLASTIC_GGX
+                               : b->kind == BSDF_ROUGH_DIELECTRIC ? FACET_DIELECTRIC_GGX
+                                                                  : FACET_CONDUCTOR_GGX;
+        if (b->facets.kind != MICROFACET_GGX) list++; /* Beckmann follows */
         s->facets[list][s->n_facets[list]++] = i;
         if (!m->tinted)
             lanes3_set(&s->reflectance, i, is_plastic ? b->reflectance : b->specular_reflectance);

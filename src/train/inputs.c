@@ -40,18 +40,18 @@ void inputs_targets(const float *color, size_t n_pixels, float *targets)
     }
 }
 
+float inputs_variable(const struct scene *s, uint32_t variable, float u)
+{
+    uint32_t n = s->variables[variable].n_choices;
+    if (n == 0) return u;
+    /* As scene_apply() chooses. */
+    float choice = fminf(floorf(u * (float)n), (float)(n - 1));
+    return n > 1 ? choice / (float)(n - 1) : 0.0f;
+}
+
 void inputs_variables(const struct scene *s, const float *u, float *v)
 {
-    for (uint32_t i = 0; i < s->n_variables; i++) {
-        uint32_t n = s->variables[i].n_choices;
-        if (n == 0) {
-            v[i] = u[i];
-            continue;
-        }
-        /* As scene_apply() chooses. */
-        float choice = fminf(floorf(u[i] * (float)n), (float)(n - 1));
-        v[i] = n > 1 ? choice / (float)(n - 1) : 0.0f;
-    }
+    for (uint32_t i = 0; i < s->n_variables; i++) v[i] = inputs_variable(s, i, u[i]);
 }
 
 static uint32_t side(uint32_t resolution, uint32_t mine, uint32_t longer, uint32_t least)

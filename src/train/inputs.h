@@ -25,6 +25,9 @@ void inputs_targets(const float *color, size_t n_pixels, float *targets);
  * variable's choice k of n as k / (n - 1). */
 void inputs_variables(const struct scene *s, const float *u, float *v);
 
+/* The same of one variable. */
+float inputs_variable(const struct scene *s, uint32_t variable, float u);
+
 /* The virtual picture whose longer side is `resolution` pixels, with the proportions that the scene
  * declares; no side below `least`. */
 void inputs_picture_size(const struct scene *s, uint32_t resolution, uint32_t least,

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef TRAIN_SIGHT_H
+#define TRAIN_SIGHT_H
+
+#include "nn/field.h"
+#include "render/view.h"
+#include "scene/frames.h"
+
+/*
+ * What the compact network sees of a pixel (nn/field.h): from the buffers of its first hit and the
+ * state of the scene to positions, features and scale. All of it follows from the scene and its
+ * variables; nothing is picked by hand.
+ *
+ *   positions   in the scene's box, and in the frame of each movable thing: without the latter
+ *               shadows and caustics smear (method 5b). Frames reach to infinity: a local position
+ *               q, the thing's own bounds being [-1,1]^3, becomes 1/2 + q / (2 + 2 |q|).
+ *   features    normal, roughness, albedo; where the surface is glossy the direction to the camera
+ *               and its mirror image; per frame direction and nearness; per light direction,
+ *               nearness and cosine; per light and frame how closely the segment to the light
+ *               passes the thing, in its frame: shadows. What is hidden gives zeros
+ *   scale       albedo, where there is any
+ *   v           the variables, but those that only the camera follows: radiance of a surface does
+ *               not depend on who looks
+ */
+enum { SIGHT_FRAMES = 6, SIGHT_LIGHTS = 3 };
+
+struct sight {
+    const struct scene *scene;
+    struct scene_frames frames;
+    uint32_t n_frames, n_lights;
+    struct {
+        uint32_t instance, shape; /* SCENE_NONE: an emitter without shape */
+        uint32_t emitter;
+        struct vec3 center; /* in the instance's space */
+    } lights[SIGHT_LIGHTS];
+    uint32_t n_positions, n_features;
+    uint32_t n_variables; /* of v */
+    uint32_t *variables;  /* [n_variables], into scene->variables */
+};
+
+lmn_status sight_init(struct sight *s, const struct scene *scene, struct error *err);
+void sight_release(struct sight *s);
+
+/* v [n_variables] of the configuration u. */
+void sight_variables(const struct sight *s, const float *u, float *v);
+
+/* buffers [n][BUFFER_CHANNELS] -> positions [n][n_positions][3], features [n][n_features],
+ * scale [n][3] (all 0 where nothing was hit). What is not finite becomes 0. */
+void sight_look(const struct sight *s, const struct scene_state *state, const float *buffers,
+                uint32_t n, float *positions, float *features, float *scale);
+
+#endif

@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The improved method on a tiny scene. */
+#include "train/learner.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/mem.h"
+#include "scene/assign.h"
+#include "tiny.h"
+
+/* cmocka last: it makes fail() a macro. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+enum { WIDTH = 30, HEIGHT = 20, N = WIDTH * HEIGHT * 3, TESTS = 4 };
+
+static struct tiny tiny;
+
+static int setup(void **state)
+{
+    (void)state;
+    tiny_init(&tiny, 2);
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    tiny_release(&tiny);
+    return 0;
+}
+
+static struct learner *make(void)
+{
+    struct learner *l;
+    struct error err = {{0}};
+    struct learner_options o;
+    learner_options_init(&o);
+    o.width = 32;
+    o.depth = 2;
+    o.n_fresh = 16;
+    o.n_pixels = 32;
+    o.n_batch = 64;
+    o.memory_mib = 16;
+    if (learner_new(&tiny.place, &o, &l, &err) != LMN_OK) fail_msg("%s", err.text);
+    return l;
+}
+
+static void run(struct learner *l, int n)
+{
+    struct error err = {{0}};
+    for (int i = 0; i < n; i++)
+        if (learner_step(l, NULL, &err) != LMN_OK) fail_msg("%s", err.text);
+}
+
+static void paint(struct learner *l, uint32_t index, float *out)
+{
+    float u[8];
+    struct error err = {{0}};
+    assert_true(tiny.scene->n_variables <= 8);
+    scene_random_units(tiny.scene, 99, index, u);
+    if (learner_render(l, u, WIDTH, HEIGHT, 4, out, &err) != LMN_OK) fail_msg("%s", err.text);
+}
+
+static void trace(uint32_t index, float *out)
+{
+    float u[8];
+    struct view *view;
+    struct trace_settings t;
+    struct error err = {{0}};
+    const struct window w = {WIDTH, HEIGHT, 0, 0, WIDTH, HEIGHT};
+    struct trace_output output = {.color = out};
+    assert_int_equal(view_new(tiny.place.world, &view, &err), LMN_OK);
+    scene_random_units(tiny.scene, 99, index, u);
+    view_set(view, u);
+    trace_settings_init(&t, tiny.scene);
+    t.spp = 256;
+    t.splats = false;
+    assert_int_equal(view_trace_parallel(view, tiny.pool, &t, &w, &output, NULL, NULL, &err),
+                     LMN_OK);
+    view_free(view);
+}
+
+/* Mean of |x - r| / (r + .01) over configurations that were not learnt. */
+static double error_of(struct learner *l)
+{
+    static float x[N], r[N];
+    double sum = 0;
+    for (uint32_t k = 0; k < TESTS; k++) {
+        paint(l, k, x);
+        trace(k, r);
+        for (int i = 0; i < N; i++) sum += fabs((double)(x[i] - r[i])) / ((double)r[i] + 0.01);
+    }
+    return sum / (N * TESTS);
+}
+
+static void learning_helps(void **state)
+{
+    (void)state;
+    struct learner *l = make();
+    double before = error_of(l);
+    run(l, 400);
+    double after = error_of(l);
+    if (!(after < 0.12 && after < 0.2 * before)) fail_msg("error %.3f, was %.3f", after, before);
+    learner_free(l);
+}
+
+static void threads_do_not_matter(void **state)
+{
+    static float pictures[2][N];
+    (void)state;
+    for (uint32_t k = 0; k < 2; k++) {
+        tiny_set_threads(&tiny, 1 + 2 * k);
+        struct learner *l = make();
+        run(l, 5);
+        paint(l, 0, pictures[k]);
+        learner_free(l);
+    }
+    tiny_set_threads(&tiny, 2);
+    assert_memory_equal(pictures[0], pictures[1], sizeof pictures[0]);
+}
+
+/* The ring of configurations comes round. */
+static void memory_is_bounded(void **state)
+{
+    struct learner *l;
+    struct error err = {{0}};
+    struct learner_options o;
+    struct learner_stats stats;
+    (void)state;
+    learner_options_init(&o);
+    o.memory_mib = 1;
+    o.n_fresh = 1 << 12;
+    assert_int_equal(learner_new(&tiny.place, &o, &l, &err), LMN_ERR_ARGUMENT);
+    assert_null(l);
+    o.n_fresh = 40;
+    o.n_batch = 50;
+    o.n_pixels = 16;
+    if (learner_new(&tiny.place, &o, &l, &err) != LMN_OK) fail_msg("%s", err.text);
+    run(l, 12);
+    assert_int_equal(learner_step(l, &stats, &err), LMN_OK);
+    assert_int_equal(stats.step, 13);
+    assert_int_equal(stats.n_pixels, 13 * 40 * 16);
+    assert_true(isfinite(stats.loss) && stats.loss > 0);
+    learner_free(l);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(learning_helps),
+        cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(memory_is_bounded),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}

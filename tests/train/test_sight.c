@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What the compact network sees follows the scene's variables. */
+#include "train/sight.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/mem.h"
+#include "tiny.h"
+
+/* cmocka last: it makes fail() a macro. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+/* The variables of the tiny scene. */
+enum { ALPHA, BALL, IS_THERE, N_VARIABLES };
+
+static struct tiny tiny;
+
+static int setup(void **state)
+{
+    (void)state;
+    tiny_init(&tiny, 1);
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    tiny_release(&tiny);
+    return 0;
+}
+
+/* A point of the picture as the network sees it. */
+struct seen {
+    float positions[1 + SIGHT_FRAMES][3], features[128], scale[3];
+};
+
+static struct seen look(const struct sight *s, struct view *view, const float *u,
+                        const float *buffers)
+{
+    struct seen seen = {0};
+    assert_true(s->n_features <= 128);
+    view_set(view, u);
+    sight_look(s, view_state(view), buffers, 1, seen.positions[0], seen.features, seen.scale);
+    return seen;
+}
+
+static void make(struct sight *s, struct view **view)
+{
+    struct error err = {{0}};
+    if (sight_init(s, tiny.scene, &err) != LMN_OK || view_new(tiny.place.world, view, &err))
+        fail_msg("%s", err.text);
+}
+
+/* A diffuse point at p. */
+static void set_point(float *buffers, float x, float y, float z)
+{
+    memset(buffers, 0, BUFFER_CHANNELS * sizeof *buffers);
+    const float p[3] = {x, y, z}, albedo[3] = {0.5f, 0.25f, 0.0f};
+    memcpy(buffers + BUFFER_POSITION, p, sizeof p);
+    memcpy(buffers + BUFFER_ALBEDO, albedo, sizeof albedo);
+    buffers[BUFFER_NORMAL + 1] = buffers[BUFFER_ROUGHNESS] = 1.0f;
+    buffers[BUFFER_WO + 2] = 1.0f;
+    buffers[BUFFER_DEPTH] = 1.0f;
+}
+
+static void frames_follow_their_things(void **state)
+{
+    struct sight s;
+    struct view *view;
+    float buffers[BUFFER_CHANNELS], u[N_VARIABLES] = {0.5f, 0.25f, 0.9f};
+    (void)state;
+    make(&s, &view);
+    assert_int_equal(s.n_frames, 1);
+    assert_int_equal(s.n_lights, 1);
+    assert_int_equal(s.n_variables, N_VARIABLES);
+    set_point(buffers, 0.0f, 0.1f, 0.2f);
+    struct seen before = look(&s, view, u, buffers);
+    /* The ball goes to the right, and the point with it. */
+    u[BALL] = 0.75f;
+    set_point(buffers, 0.7f, 0.1f, 0.2f);
+    struct seen after = look(&s, view, u, buffers);
+    for (int c = 0; c < 3; c++) {
+        assert_true(fabsf(before.positions[1][c] - after.positions[1][c]) < 1e-5f);
+        assert_true(before.positions[1][c] > 0.0f && before.positions[1][c] < 1.0f);
+    }
+    assert_true(fabsf(before.positions[0][0] - after.positions[0][0]) > 0.1f);
+    view_free(view);
+    sight_release(&s);
+}
+
+static void hidden_things_give_zeros(void **state)
+{
+    struct sight s;
+    struct view *view;
+    float buffers[BUFFER_CHANNELS], u[N_VARIABLES] = {0.5f, 0.25f, 0.9f};
+    (void)state;
+    make(&s, &view);
+    set_point(buffers, 0.3f, 0.1f, 0.2f);
+    struct seen there = look(&s, view, u, buffers);
+    u[IS_THERE] = 0.1f;
+    struct seen gone = look(&s, view, u, buffers);
+    uint32_t n_zeros = 0, n_were = 0;
+    for (uint32_t i = 0; i < s.n_features; i++) {
+        n_zeros += gone.features[i] == 0.0f;
+        n_were += there.features[i] == 0.0f;
+    }
+    assert_true(n_zeros >= n_were + 6);
+    for (int c = 0; c < 3; c++) assert_true(gone.positions[1][c] == 0.5f);
+    view_free(view);
+    sight_release(&s);
+}
+
+/* Only glossy surfaces look different from elsewhere; scale is albedo, but not below what it can
+ * be told by; broken numbers do no harm. */
+static void surfaces_are_told_apart(void **state)
+{
+    struct sight s;
+    struct view *view;
+    float buffers[BUFFER_CHANNELS], u[N_VARIABLES] = {0.5f, 0.25f, 0.9f};
+    (void)state;
+    make(&s, &view);
+    set_point(buffers, 0.3f, 0.1f, 0.2f);
+    struct seen a = look(&s, view, u, buffers);
+    buffers[BUFFER_WO] = 0.6f;
+    struct seen b = look(&s, view, u, buffers);
+    assert_memory_equal(a.features, b.features, sizeof a.features);
+    assert_true(a.scale[0] == 0.5f && a.scale[1] == 0.25f);
+    assert_true(a.scale[2] > 0.0f && a.scale[2] < 0.05f);
+    buffers[BUFFER_WI] = buffers[BUFFER_WI + 2] = 0.5f;
+    struct seen glossy = look(&s, view, u, buffers);
+    assert_memory_not_equal(a.features, glossy.features, sizeof a.features);
+
+    for (int i = 0; i < BUFFER_CHANNELS; i++) buffers[i] = i % 2 ? NAN : INFINITY;
+    struct seen broken = look(&s, view, u, buffers);
+    for (uint32_t i = 0; i < s.n_features; i++) assert_true(isfinite(broken.features[i]));
+    for (int c = 0; c < 3; c++) assert_true(isfinite(broken.scale[c]));
+    memset(buffers, 0, sizeof buffers);
+    struct seen nothing = look(&s, view, u, buffers);
+    for (int c = 0; c < 3; c++) assert_true(nothing.scale[c] == 0.0f);
+    view_free(view);
+    sight_release(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(frames_follow_their_things),
+        cmocka_unit_test(hidden_things_give_zeros),
+        cmocka_unit_test(surfaces_are_told_apart),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}

@@ -44,7 +44,8 @@ int jobs_init(struct job jobs[2], const struct view *v, const struct trace_setti
     light.buffers = light.chain = NULL;
     job_init(&jobs[0], v, t, w, out);
     if (!out->buffers || !jobs[0].needs_light) return 1;
-    if (jobs[0].film.margin == 0 && jobs[0].settings.spp >= BUFFERS_BLOCK_SPP) return 1;
+    const bool shares_rays = t->shares_rays || jobs[0].settings.spp >= BUFFERS_BLOCK_SPP;
+    if (jobs[0].film.margin == 0 && shares_rays) return 1;
     job_init(&jobs[0], v, t, w, &buffers);
     job_init(&jobs[1], v, t, w, &light);
     return 2;

@@ -25,7 +25,7 @@ struct job {
 };
 
 /* What is asked for, in one job or in two: buffers are never splatted, and of few samples they have
- * packets of their own. Returns how many. */
+ * packets of their own, unless asked not to. Returns how many. */
 int jobs_init(struct job jobs[2], const struct view *v, const struct trace_settings *t,
               const struct window *w, const struct trace_output *out);
 

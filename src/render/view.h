@@ -47,7 +47,11 @@ struct trace_settings {
     bool splats; /* a sample counts in all pixels whose filter it falls under; with groups never */
     uint64_t seed;
     uint32_t first_sample; /* number of the first of the spp samples: even; 0 but in passes */
-    bool follows_delta;    /* buffers show what is behind mirrors and glass: chain.h */
+    /* Buffers beside light come from its rays at few samples, too, unless it is splatted: a
+     * fraction of the time for scattered pixels, but in the last bits they are not those of buffers
+     * alone. */
+    bool shares_rays;
+    bool follows_delta; /* buffers show what is behind mirrors and glass: chain.h */
     /* Photons for even and odd samples: caustics come from them. NULL: paths alone. */
     const struct photon_map *photons[2];
 };

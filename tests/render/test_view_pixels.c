@@ -130,6 +130,34 @@ static void lists_are_of_the_picture(void **state)
         t.first_sample = i == 4 ? 6 : 0;
         t.follows_delta = i % 3 != 0;
         compare(v, &t, NULL, 0);
+        t.shares_rays = true;
+        if (i < 2) compare(v, &t, NULL, 0);
+    }
+    made_scene_free(m);
+}
+
+/* Buffers from the rays of light are the others but for rounding, which at outlines is another
+ * object; the light does not change. */
+static void shared_rays_see_the_same(void **state)
+{
+    (void)state;
+    struct made_scene *m = made_all_kinds(WIDTH, HEIGHT);
+    struct view *v = made_view(m);
+    const struct window whole = picture_whole(WIDTH, HEIGHT);
+    for (uint32_t spp = 2; spp <= 6; spp += 2) {
+        struct trace_settings t = made_settings(m, 4, spp);
+        t.sampler = spp == 4 ? SAMPLER_SOBOL : SAMPLER_INDEPENDENT;
+        t.follows_delta = spp == 6;
+        struct picture own = picture_trace(view_trace, v, &t, &whole);
+        t.shares_rays = true;
+        struct picture shared = picture_trace(view_trace, v, &t, &whole);
+        assert_memory_equal(own.color, shared.color, own.n_pixels * 3 * sizeof(float));
+        assert_memory_equal(own.half_a, shared.half_a, own.n_pixels * 3 * sizeof(float));
+        const double off = picture_different(own.buffers, shared.buffers, own.n_pixels,
+                                             BUFFER_CHANNELS, 1e-4);
+        if (off > 0.005) fail_msg("%u samples: %.2f %% of pixels differ", spp, 100 * off);
+        picture_release(&own);
+        picture_release(&shared);
     }
     made_scene_free(m);
 }
@@ -211,6 +239,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lists_are_of_the_picture),
+        cmocka_unit_test(shared_rays_see_the_same),
         cmocka_unit_test(groups_are_of_the_picture),
         cmocka_unit_test(small_scenes_too),
         cmocka_unit_test(parts_alone),

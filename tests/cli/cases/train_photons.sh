@@ -12,17 +12,7 @@ train -o half.lmn --steps 10 --integrator path+photons
 cmp one.lmn half.lmn
 
 # kill -9 after a checkpoint
-cat >kill.py <<'END'
-import os, subprocess, sys, time
-command = [os.environ["lumenaut"], "train", sys.argv[1], "-q", "-o", "killed.lmn", "--steps", "1000000",
-           "--checkpoint-every", "5i", "--integrator", "path+photons"] + sys.argv[2].split()
-child = subprocess.Popen(command)
-while not os.path.exists("killed.lmn"):
-    time.sleep(0.001)
-child.kill()
-child.wait()
-END
-/usr/bin/python3 kill.py "$scene" "$tiny"
+/usr/bin/python3 "$here/kill.py" 5 "$scene" $tiny --integrator path+photons
 step=$("$lumenaut" train "$scene" -q -o killed.lmn --resume --steps 1 --json | sed 's/.*"steps":\([0-9]*\),.*/\1/')
 end=$((step + 10))
 "$lumenaut" train "$scene" -q -o killed.lmn --resume --steps $end

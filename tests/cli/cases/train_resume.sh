@@ -13,17 +13,7 @@ train -o half.lmn --steps 60 --resume
 cmp one.lmn half.lmn
 
 # kill -9 somewhere after a checkpoint; what came after it is made again
-cat >kill.py <<'END'
-import json, os, signal, subprocess, sys, time
-command = [os.environ["lumenaut"], "train", sys.argv[1], "-q", "-o", "killed.lmn", "--steps", "1000000",
-           "--checkpoint-every", "10i"] + sys.argv[2].split()
-child = subprocess.Popen(command)
-while not os.path.exists("killed.lmn"):
-    time.sleep(0.001)
-child.kill()
-child.wait()
-END
-/usr/bin/python3 kill.py "$scene" "$tiny"
+/usr/bin/python3 "$here/kill.py" 10 "$scene" $tiny
 printf '{"step":9999999,"loss":1}\n{"step":99' >>killed.metrics.jsonl
 step=$("$lumenaut" train "$scene" -q -o killed.lmn --resume --steps 1 --json | sed 's/.*"steps":\([0-9]*\),.*/\1/')
 end=$((step + 20))

@@ -250,6 +250,12 @@ LMN_API lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene,
 /* ---- Training ------------------------------------------------------------------------------ */
 
 enum {
+    LMN_METHOD_FAITHFUL = 0, /* the paper's network, exploration and replay */
+    LMN_METHOD_IMPROVED = 1  /* a compact network on learnt grids, in the frames of what moves,
+                                trained on scattered pixels of many configurations */
+};
+
+enum {
     LMN_EXPLORE_ACTIVE = 0,   /* Markov chains by loss x norm of the would-be Adam step */
     LMN_EXPLORE_UNIFORM = 1,  /* the paper's baseline: large steps only, all accepted */
     LMN_EXPLORE_LOSS_ONLY = 2 /* the paper's ablation: target function without the Adam step */
@@ -261,7 +267,10 @@ enum {
     LMN_INTEGRATOR_AUTO = 2     /* photons if some configuration wants them, for all then */
 };
 
-/* Fill with lmn_train_options_init(), which gives the paper's values, then change what you need. */
+/* Fill with lmn_train_options_init(), which gives the paper's values, or for the improved method
+ * with lmn_train_options_init_method(), then change what you need. The improved method takes seed,
+ * width, depth, learning_rate, memory_mib, resolution_max (of the pictures that pixels are drawn
+ * from), spp, max_depth, rr_depth and integrator. */
 typedef struct lmn_train_options {
     uint32_t struct_size;
     uint64_t seed;
@@ -297,9 +306,13 @@ typedef struct lmn_train_options {
     uint32_t has_max_depth, has_rr_depth;
     int32_t max_depth, rr_depth;
     uint32_t integrator; /* LMN_INTEGRATOR_*, of training patches and the references of tests */
+    uint32_t method;     /* LMN_METHOD_* */
 } lmn_train_options;
 
 LMN_API void lmn_train_options_init(lmn_train_options *options);
+
+/* The defaults of LMN_METHOD_*. */
+LMN_API void lmn_train_options_init_method(lmn_train_options *options, uint32_t method);
 
 /* The scene must stay alive as long as the trainer. All memory is taken here. */
 LMN_API lmn_status lmn_trainer_new(lmn_context *context, const lmn_scene *scene,
@@ -320,7 +333,7 @@ typedef struct lmn_train_stats {
     uint32_t resolution;              /* virtual resolution now */
     uint32_t fresh;                   /* 1: the last batch was traced, 0: replayed */
     uint32_t batch;                   /* patches in it */
-    uint64_t n_traced;                /* patches path-traced so far */
+    uint64_t n_traced;                /* patches path-traced so far; improved: configurations */
     double cpu_s; /* processor time divided by threads, over all runs of this training */
     double trace_s, network_s; /* of it: path tracing, network */
     uint64_t memory_bytes;     /* the trainer's workspace, replay memory included */

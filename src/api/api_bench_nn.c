@@ -157,7 +157,8 @@ static lmn_status bench_frame_of(lmn_context *context, const struct bench_option
     const struct generator_config config = config_of(o, scene->scene->n_variables);
     TRY(generator_new(&config, context->pool, context->cpu, &generator, err));
     generator_init(generator, 1);
-    TRY(painter_init(&painter, &place, generator, err));
+    const struct painter_network shown = {.generator = generator};
+    TRY(painter_init(&painter, &place, &shown, err));
     TRY(time_frames(context, scene, &painter, o, &r, times, err));
     const double frame_s = bench_median(times, o->runs);
     TRY(time_buffers(context, scene, o, &r, times, err));

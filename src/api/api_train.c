@@ -19,6 +19,12 @@ void lmn_train_options_init(lmn_train_options *options)
     options->struct_size = sizeof *options;
 }
 
+void lmn_train_options_init_method(lmn_train_options *options, uint32_t method)
+{
+    options_init_method(options, method);
+    options->struct_size = sizeof *options;
+}
+
 /* With the defaults for what a smaller struct of an older caller lacks. */
 static lmn_status read_options(const lmn_train_options *options, lmn_train_options *out,
                                struct error *err)

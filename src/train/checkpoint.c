@@ -31,7 +31,6 @@ lmn_status checkpoint_read_info(const char *path, lmn_model_info *out, struct er
     char *metrics = NULL;
     TRY(model_file_open(&m, path, err));
     TRY(model_file_check_weights(&m, err));
-    struct generator_config network = model_file_network(&m);
     info = (lmn_model_info){.scene_path = mem_strdup(m.scene_path),
                             .variables_path = mem_strdup(m.variables_path),
                             .config_json = mem_strdup(m.config),
@@ -39,7 +38,7 @@ lmn_status checkpoint_read_info(const char *path, lmn_model_info *out, struct er
                             .n_defines = m.n_defines,
                             .scene_hash = m.scene_hash,
                             .step = m.step,
-                            .n_weights = layout_n_weights(&network)};
+                            .n_weights = model_file_n_weights(&m)};
     metrics = metrics_path(path);
     if (!info.scene_path || !info.variables_path || !info.config_json || !info.defines ||
         !metrics) {

@@ -48,6 +48,52 @@ size_t layout_n_weights(const struct generator_config *c)
     return last.at + last.size;
 }
 
+uint32_t layout_field_n_tensors(const struct field_config *c)
+{
+    return c->n_grids + 2 * (c->depth + 1);
+}
+
+void layout_field_get(const struct field_config *c, uint32_t index, struct layout_tensor *out)
+{
+    struct grid grid;
+    grid_init(&grid, &c->grid);
+    const size_t table = grid.at[grid.n_levels];
+    *out = (struct layout_tensor){.n_in = GRID_FEATURES};
+    if (index < c->n_grids) {
+        snprintf(out->name, sizeof out->name, "network.grid.%u", index);
+        out->n_out = (uint32_t)(table / GRID_FEATURES);
+        out->at = index * table;
+        out->size = table;
+        return;
+    }
+    const uint32_t layer = (index - c->n_grids) / 2,
+                   n_first = c->n_grids * grid.n_levels * GRID_FEATURES + c->n_features +
+                             c->n_variables;
+    const bool is_bias = (index - c->n_grids) & 1;
+    const char *kind = is_bias ? "bias" : "weight";
+    out->n_out = layer == c->depth ? 3 : c->width;
+    out->n_in = layer == 0 ? n_first : c->width;
+    if (layer == c->depth)
+        snprintf(out->name, sizeof out->name, "network.output.%s", kind);
+    else
+        snprintf(out->name, sizeof out->name, "network.layer.%u.%s", layer, kind);
+    out->at = c->n_grids * table;
+    if (layer > 0) out->at += (size_t)c->width * (n_first + 1);
+    if (layer > 1) out->at += (layer - 1) * (size_t)c->width * (c->width + 1);
+    if (is_bias) {
+        out->at += (size_t)out->n_out * out->n_in;
+        out->n_in = 0;
+    }
+    out->size = (size_t)out->n_out * (is_bias ? 1 : out->n_in);
+}
+
+size_t layout_field_n_weights(const struct field_config *c)
+{
+    struct layout_tensor last;
+    layout_field_get(c, layout_field_n_tensors(c) - 1, &last);
+    return last.at + last.size;
+}
+
 void layout_cut_position_layer(const struct generator_config *c, float *weights)
 {
     struct layout_tensor w, b;

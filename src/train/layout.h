@@ -2,6 +2,7 @@
 #ifndef TRAIN_LAYOUT_H
 #define TRAIN_LAYOUT_H
 
+#include "nn/field.h"
 #include "nn/generator.h"
 
 /*
@@ -19,6 +20,12 @@ uint32_t layout_n_tensors(const struct generator_config *c);
 
 /* The index-th tensor of the block. */
 void layout_get(const struct generator_config *c, uint32_t index, struct layout_tensor *out);
+
+/* The same of the compact network: "network.grid.0" [entries][2], ..., "network.layer.0.weight",
+ * "network.layer.0.bias", ..., "network.output.bias". */
+uint32_t layout_field_n_tensors(const struct field_config *c);
+void layout_field_get(const struct field_config *c, uint32_t index, struct layout_tensor *out);
+size_t layout_field_n_weights(const struct field_config *c);
 
 size_t layout_n_weights(const struct generator_config *c);
 

@@ -19,11 +19,9 @@ enum {
     STREAM_WEIGHTS = 0x77656967
 };
 
-enum { GRID_LEVELS = 8, GRID_LOG2_SIZE = 15, GRID_BASE = 8, STRIP = 1 << 14 };
-#define GRID_GROWTH 1.5f
-#define TABLE_RATE  5.0
-#define BETA2       0.99
-#define EPSILON     1e-12
+#define TABLE_RATE 5.0
+#define BETA2      0.99
+#define EPSILON    1e-12
 
 /* What one worker traces a configuration in; owned. */
 struct desk {
@@ -46,6 +44,7 @@ struct learner {
     struct trace_settings trace;
     uint32_t width, height; /* of the pictures */
 
+    struct field_config config;
     struct field *field;
     struct adam tables, layers;
     float *gradient, *average, *kept; /* [n_weights]; kept: aside while the average is shown */
@@ -57,23 +56,25 @@ struct learner {
     float *losses;          /* [n_batch] */
     float *u;               /* [n_fresh][n_variables of the scene] */
     struct learner_stats stats;
-
-    /* A strip of a frame. */
-    struct view *view;
-    float *buffers, *positions, *features, *scale, *v;
 };
 
-void learner_options_init(struct learner_options *o)
+struct grid_config learner_grid(void)
 {
-    *o = (struct learner_options){.width = 64,
-                                  .depth = 4,
+    return (struct grid_config){.n_levels = 8, .log2_size = 15, .base = 8, .growth = 1.5f};
+}
+
+void learner_options_init(struct learner_options *o, const lmn_train_options *from)
+{
+    *o = (struct learner_options){.seed = from->seed,
+                                  .width = from->width,
+                                  .depth = from->depth,
                                   .n_fresh = 64,
                                   .n_pixels = 64,
-                                  .spp = 4,
-                                  .n_batch = 256,
-                                  .memory_mib = 512,
-                                  .resolution = 256,
-                                  .learning_rate = 2e-3,
+                                  .spp = from->spp > 0 ? from->spp : 4,
+                                  .n_batch = 128,
+                                  .memory_mib = from->memory_mib,
+                                  .resolution = from->resolution_max,
+                                  .learning_rate = from->learning_rate,
                                   .warm_steps = 1000,
                                   .average = 200};
 }
@@ -101,7 +102,8 @@ static lmn_status take_all(struct learner *l, struct error *err)
     uint64_t capacity = ((uint64_t)o->memory_mib << 20) / (each * sizeof(float));
     m->capacity = capacity < 1u << 24 ? (uint32_t)capacity : 1u << 24;
     if (m->capacity < o->n_fresh)
-        return fail(err, LMN_ERR_ARGUMENT, "%u MiB hold no %u configurations", o->memory_mib,
+        return fail(err, LMN_ERR_ARGUMENT,
+                    "training option memory_mib = %u holds no %u configurations", o->memory_mib,
                     o->n_fresh);
     m->positions = take(l, m->capacity * n * l->sight.n_positions * 3, sizeof(float), &is_short);
     m->features = take(l, m->capacity * n * l->sight.n_features, sizeof(float), &is_short);
@@ -114,14 +116,9 @@ static lmn_status take_all(struct learner *l, struct error *err)
     l->runs = take(l, o->n_batch, sizeof *l->runs, &is_short);
     l->losses = take(l, o->n_batch, sizeof *l->losses, &is_short);
     l->u = take(l, (size_t)o->n_fresh * l->place.scene->n_variables, sizeof *l->u, &is_short);
-    l->buffers = take(l, STRIP, sizeof(float[BUFFER_CHANNELS]), &is_short);
-    l->positions = take(l, (size_t)STRIP * l->sight.n_positions * 3, sizeof(float), &is_short);
-    l->features = take(l, (size_t)STRIP * l->sight.n_features, sizeof(float), &is_short);
-    l->scale = take(l, STRIP, sizeof(float[3]), &is_short);
-    l->v = take(l, l->sight.n_variables, sizeof(float), &is_short);
     l->desks = take(l, pool_n_workers(l->place.pool), sizeof *l->desks, &is_short);
     if (is_short) return fail_memory(err, "the learner");
-    lmn_status status = view_new(l->place.world, &l->view, err);
+    lmn_status status = LMN_OK;
     for (uint32_t i = 0; i < pool_n_workers(l->place.pool) && status == LMN_OK; i++) {
         struct desk *d = &l->desks[l->n_desks++];
         d->pixels = take(l, n, sizeof *d->pixels, &is_short);
@@ -134,7 +131,7 @@ static lmn_status take_all(struct learner *l, struct error *err)
 }
 
 lmn_status learner_new(const struct workplace *place, const struct learner_options *options,
-                       struct learner **out, struct error *err)
+                       const struct trace_settings *trace, struct learner **out, struct error *err)
 {
     lmn_status status = LMN_OK;
     struct learner *l = mem_new(1, sizeof *l);
@@ -146,19 +143,17 @@ lmn_status learner_new(const struct workplace *place, const struct learner_optio
     l->place = *place;
     l->options = *options;
     TRY(sight_init(&l->sight, place->scene, err));
-    trace_settings_init(&l->trace, place->scene);
+    l->trace = *trace;
     l->trace.spp = options->spp;
     l->trace.splats = false;
+    l->trace.shares_rays = true; /* targets are the rays' own radiance less their own emission */
     inputs_picture_size(place->scene, options->resolution, 1, &l->width, &l->height);
-    const struct field_config config = {
-        .n_grids = l->sight.n_positions,
-        .grid = {GRID_LEVELS, GRID_LOG2_SIZE, GRID_BASE, GRID_GROWTH},
-        .n_features = l->sight.n_features,
-        .n_variables = l->sight.n_variables,
-        .width = options->width,
-        .depth = options->depth,
-        .max_pixels = options->n_batch * options->n_pixels};
-    TRY(field_new(&config, place->pool, place->cpu, &l->field, err));
+    l->config = sight_field(&l->sight);
+    l->config.grid = learner_grid();
+    l->config.width = options->width;
+    l->config.depth = options->depth;
+    l->config.max_pixels = options->n_batch * options->n_pixels;
+    TRY(field_new(&l->config, place->pool, place->cpu, &l->field, err));
     field_init(l->field, rng_mix(options->seed ^ STREAM_WEIGHTS));
     const size_t n_table = field_n_table_weights(l->field);
     TRY(adam_init(&l->tables, n_table, options->learning_rate, err));
@@ -183,25 +178,11 @@ void learner_free(struct learner *l)
         mem_free(l->desks[i].color);
         mem_free(l->desks[i].buffers);
     }
-    void *const blocks[] = {l->desks,
-                            l->gradient,
-                            l->average,
-                            l->kept,
-                            l->memory.features,
-                            l->memory.positions,
-                            l->memory.scale,
-                            l->memory.targets,
-                            l->memory.v,
-                            l->runs,
-                            l->losses,
-                            l->u,
-                            l->buffers,
-                            l->positions,
-                            l->features,
-                            l->scale,
-                            l->v};
+    void *const blocks[] = {l->desks,        l->gradient,         l->average,
+                            l->kept,         l->memory.positions, l->memory.features,
+                            l->memory.scale, l->memory.targets,   l->memory.v,
+                            l->runs,         l->losses,           l->u};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) mem_free(blocks[i]);
-    view_free(l->view);
     adam_release(&l->tables);
     adam_release(&l->layers);
     field_free(l->field);
@@ -210,16 +191,6 @@ void learner_free(struct learner *l)
 }
 
 /* ---- Tracing -------------------------------------------------------------------------------- */
-
-/* What surfaces scatter: the radiance without what they emit themselves. */
-static void set_targets(const float *color, const float *buffers, uint32_t n, float *targets)
-{
-    for (uint32_t i = 0; i < n; i++)
-        for (uint32_t c = 0; c < 3; c++) {
-            float y = color[3 * i + c] - buffers[(size_t)i * BUFFER_CHANNELS + BUFFER_EMISSION + c];
-            targets[3 * i + c] = y > 0.0f && isfinite(y) ? y : 0.0f;
-        }
-}
 
 static void trace_configuration(void *ctx, uint32_t item, uint32_t worker)
 {
@@ -242,7 +213,7 @@ static void trace_configuration(void *ctx, uint32_t item, uint32_t worker)
     sight_look(&l->sight, view_state(d->view), d->buffers, n,
                m->positions + first * l->sight.n_positions * 3,
                m->features + first * l->sight.n_features, m->scale + 3 * first);
-    set_targets(d->color, d->buffers, n, m->targets + 3 * first);
+    sight_targets(d->color, d->buffers, n, m->targets + 3 * first);
     sight_variables(&l->sight, u, m->v + slot * l->sight.n_variables);
 }
 
@@ -308,6 +279,7 @@ lmn_status learner_step(struct learner *l, struct learner_stats *stats, struct e
     step_weights(l);
     l->stats.step++;
     l->stats.loss = sum / l->options.n_batch;
+    l->stats.n_batch = l->options.n_batch;
     l->stats.n_configurations += l->options.n_fresh;
     l->stats.n_pixels += (uint64_t)l->options.n_fresh * l->options.n_pixels;
     l->stats.trace_s += (traced - start) / threads;
@@ -316,9 +288,9 @@ lmn_status learner_step(struct learner *l, struct learner_stats *stats, struct e
     return LMN_OK;
 }
 
-/* ---- Frames --------------------------------------------------------------------------------- */
+/* ---- What others see ------------------------------------------------------------------------ */
 
-static void show_average(struct learner *l, bool is_shown)
+void learner_show_average(struct learner *l, bool is_shown)
 {
     const size_t size = field_n_weights(l->field) * sizeof(float);
     float *w = field_weights(l->field);
@@ -327,38 +299,70 @@ static void show_average(struct learner *l, bool is_shown)
     field_weights_changed(l->field);
 }
 
-lmn_status learner_render(struct learner *l, const float *u, uint32_t width, uint32_t height,
-                          uint32_t buffer_spp, float *out, struct error *err)
+struct painter_network learner_network(const struct learner *l)
 {
-    lmn_status status = LMN_OK;
-    struct trace_settings t = l->trace;
-    t.spp = buffer_spp;
-    t.seed = 0;
-    if (width > STRIP) return fail(err, LMN_ERR_ARGUMENT, "no frame is wider than %d", (int)STRIP);
-    view_set(l->view, u);
-    sight_variables(&l->sight, u, l->v);
-    show_average(l, true);
-    const uint32_t most = STRIP / width;
-    for (uint32_t y = 0; y < height && status == LMN_OK; y += most) {
-        const struct window w = {width, height, 0, y, width, height - y < most ? height - y : most};
-        const uint32_t n = w.width * w.height;
-        struct trace_output output = {.buffers = l->buffers};
-        status = view_trace_parallel(l->view, l->place.pool, &t, &w, &output, NULL, NULL, err);
-        if (status != LMN_OK) break;
-        sight_look(&l->sight, view_state(l->view), l->buffers, n, l->positions, l->features,
-                   l->scale);
-        const struct field_run run = {.n = n,
-                                      .positions = l->positions,
-                                      .features = l->features,
-                                      .scale = l->scale,
-                                      .v = l->v};
-        float *rows = out + 3 * (size_t)y * width;
-        field_render(l->field, &run, rows);
-        for (uint32_t i = 0; i < n; i++)
-            for (uint32_t c = 0; c < 3; c++)
-                rows[3 * (size_t)i + c] +=
-                    l->buffers[(size_t)i * BUFFER_CHANNELS + BUFFER_EMISSION + c];
-    }
-    show_average(l, false);
-    return status;
+    return (struct painter_network){.field = l->field, .sight = &l->sight};
+}
+
+const struct field_config *learner_field_config(const struct learner *l)
+{
+    return &l->config;
+}
+
+float *learner_average(struct learner *l)
+{
+    return l->average;
+}
+
+void learner_get_stats(const struct learner *l, struct learner_stats *stats)
+{
+    *stats = l->stats;
+}
+
+/* ---- Checkpoints ---------------------------------------------------------------------------- */
+
+uint32_t learner_tensors(struct learner *l, struct tensor *out)
+{
+    const struct memory *m = &l->memory;
+    const uint64_t n = field_n_weights(l->field), n_table = field_n_table_weights(l->field);
+    const uint64_t held = m->n_added < m->capacity ? m->n_added : m->capacity;
+    const uint64_t n_pixels = l->options.n_pixels;
+    const struct tensor list[LEARNER_TENSORS] = {
+        {"training.weights", TENSOR_F32, 1, {n}, field_weights(l->field)},
+        {"adam.grid.m", TENSOR_F32, 1, {n_table}, l->tables.m},
+        {"adam.grid.v", TENSOR_F32, 1, {n_table}, l->tables.v},
+        {"adam.layer.m", TENSOR_F32, 1, {n - n_table}, l->layers.m},
+        {"adam.layer.v", TENSOR_F32, 1, {n - n_table}, l->layers.v},
+        {"memory.positions",
+         TENSOR_F32,
+         4,
+         {held, n_pixels, l->sight.n_positions, 3},
+         m->positions},
+        {"memory.features", TENSOR_F32, 3, {held, n_pixels, l->sight.n_features}, m->features},
+        {"memory.scale", TENSOR_F32, 3, {held, n_pixels, 3}, m->scale},
+        {"memory.targets", TENSOR_F32, 3, {held, n_pixels, 3}, m->targets},
+        {"memory.v", TENSOR_F32, 2, {held, l->sight.n_variables}, m->v},
+    };
+    memcpy(out, list, sizeof list);
+    return LEARNER_TENSORS;
+}
+
+bool learner_set_progress(struct learner *l, uint64_t step, uint64_t n_configurations)
+{
+    l->stats.step = l->tables.t = l->layers.t = step;
+    l->stats.n_configurations = l->memory.n_added = n_configurations;
+    l->stats.n_pixels = n_configurations * l->options.n_pixels;
+    return step <= n_configurations && n_configurations == step * l->options.n_fresh;
+}
+
+lmn_status learner_restore(struct learner *l, const char *path, struct error *err)
+{
+    for (size_t i = 0; i < l->tables.n; i++)
+        if (l->tables.v[i] < 0)
+            return fail(err, LMN_ERR_PARSE, "%s: \"adam.grid.v\" is negative somewhere", path);
+    for (size_t i = 0; i < l->layers.n; i++)
+        if (l->layers.v[i] < 0)
+            return fail(err, LMN_ERR_PARSE, "%s: \"adam.layer.v\" is negative somewhere", path);
+    field_weights_changed(l->field);
+    return LMN_OK;
 }

@@ -2,8 +2,8 @@
 #ifndef TRAIN_LEARNER_H
 #define TRAIN_LEARNER_H
 
-#include "nn/field.h"
-#include "train/sight.h"
+#include "train/painter.h"
+#include "train/safetensors.h"
 #include "train/trainer.h"
 
 /*
@@ -27,17 +27,23 @@ struct learner_options {
     double average;        /* weights shown are an exponential average with this memory */
 };
 
-void learner_options_init(struct learner_options *o);
+/* The grids of all models. */
+struct grid_config learner_grid(void);
+
+/* What a training's options say of it. */
+void learner_options_init(struct learner_options *o, const lmn_train_options *from);
 
 struct learner;
 
+/* Paths are traced by `trace`, but for spp, seed and what learning needs otherwise. */
 lmn_status learner_new(const struct workplace *place, const struct learner_options *options,
-                       struct learner **out, struct error *err);
+                       const struct trace_settings *trace, struct learner **out, struct error *err);
 void learner_free(struct learner *l);
 
 struct learner_stats {
     uint64_t step, n_configurations, n_pixels; /* traced so far */
     double loss;                               /* of the last batch */
+    uint32_t n_batch;                          /* configurations in it */
     double trace_s, network_s;                 /* processor time / threads */
     uint64_t memory_bytes;
 };
@@ -45,8 +51,23 @@ struct learner_stats {
 /* Fails only when the loss is no longer a number. */
 lmn_status learner_step(struct learner *l, struct learner_stats *stats, struct error *err);
 
-/* One frame of the configuration u by the averaged weights: out [height][width][3]. */
-lmn_status learner_render(struct learner *l, const float *u, uint32_t width, uint32_t height,
-                          uint32_t buffer_spp, float *out, struct error *err);
+void learner_get_stats(const struct learner *l, struct learner_stats *stats);
+
+/* The weights that are shown are averages over the last steps. Between a call with `true` and the
+ * next with `false` the network has them instead of those that are learnt. */
+void learner_show_average(struct learner *l, bool is_shown);
+struct painter_network learner_network(const struct learner *l);
+const struct field_config *learner_field_config(const struct learner *l);
+float *learner_average(struct learner *l); /* [n_weights] */
+
+/*
+ * Checkpoints: what training goes on with, besides the averaged weights, to write or to read into.
+ * The progress comes first, as it says how much of the memory is in use; false when the numbers
+ * contradict each other. learner_restore() after reading: checks values.
+ */
+enum { LEARNER_TENSORS = 10 };
+uint32_t learner_tensors(struct learner *l, struct tensor *out);
+bool learner_set_progress(struct learner *l, uint64_t step, uint64_t n_configurations);
+lmn_status learner_restore(struct learner *l, const char *path, struct error *err);
 
 #endif

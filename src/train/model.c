@@ -3,6 +3,7 @@
 
 #include "base/mem.h"
 #include "train/evaluate.h"
+#include "train/learner.h"
 #include "train/model_file.h"
 #include "train/painter.h"
 #include "train/tracing.h"
@@ -10,10 +11,36 @@
 struct model {
     struct workplace place;
     lmn_train_options options;
-    struct generator *generator;
+    struct generator *generator; /* one of the networks; the other is NULL */
+    struct field *field;
+    struct sight sight; /* of the field */
     struct painter painter;
     bool has_painter;
 };
+
+static lmn_status load_generator(struct model *m, const struct model_file *file, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    struct generator_config network = model_file_network(file); /* patch_size 0: no training */
+    TRY(generator_new(&network, m->place.pool, m->place.cpu, &m->generator, err));
+    TRY(model_file_read_weights(file, generator_weights(m->generator), err));
+    generator_weights_changed(m->generator);
+done:
+    return status;
+}
+
+static lmn_status load_field(struct model *m, const struct model_file *file, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    TRY(sight_init(&m->sight, m->place.scene, err));
+    const struct field_config want = sight_field(&m->sight);
+    TRY(model_file_check_field(file, &want, err));
+    TRY(field_new(&file->field, m->place.pool, m->place.cpu, &m->field, err));
+    TRY(model_file_read_weights(file, field_weights(m->field), err));
+    field_weights_changed(m->field);
+done:
+    return status;
+}
 
 lmn_status model_load(const struct workplace *place, const char *path, bool force,
                       struct model **out, struct error *err)
@@ -30,11 +57,12 @@ lmn_status model_load(const struct workplace *place, const char *path, bool forc
     TRY(model_file_check_scene(&file, place->scene, force, err));
     TRY(model_file_check_weights(&file, err));
     m->options = file.options;
-    struct generator_config network = model_file_network(&file); /* patch_size 0: no training */
-    TRY(generator_new(&network, place->pool, place->cpu, &m->generator, err));
-    TRY(model_file_read_weights(&file, generator_weights(m->generator), err));
-    generator_weights_changed(m->generator);
-    TRY(painter_init(&m->painter, &m->place, m->generator, err));
+    if (m->options.method == LMN_METHOD_IMPROVED)
+        TRY(load_field(m, &file, err));
+    else
+        TRY(load_generator(m, &file, err));
+    const struct painter_network network = {m->generator, m->field, &m->sight};
+    TRY(painter_init(&m->painter, &m->place, &network, err));
     m->has_painter = true;
     *out = m;
     m = NULL;
@@ -49,6 +77,8 @@ void model_free(struct model *m)
     if (!m) return;
     if (m->has_painter) painter_release(&m->painter);
     generator_free(m->generator);
+    field_free(m->field);
+    sight_release(&m->sight);
     mem_free(m);
 }
 

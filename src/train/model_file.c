@@ -7,6 +7,7 @@
 
 #include "base/mem.h"
 #include "base/str.h"
+#include "train/learner.h"
 #include "train/options.h"
 
 /* ---- Texts ---------------------------------------------------------------------------------- */
@@ -73,6 +74,38 @@ done:
     return status;
 }
 
+/* "network": what the scene gave it. */
+static lmn_status get_field(struct model_file *m, struct error *err)
+{
+    static const char *const names[3] = {"grids", "features", "variables"};
+    static const json_int_t most[3] = {64, 1024, 65536};
+    lmn_status status = LMN_OK;
+    const char *text;
+    uint32_t values[3] = {0};
+    json_t *object = NULL;
+    TRY(get_text(m, "network", &text, err));
+    object = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
+    for (int i = 0; i < 3; i++) {
+        const json_t *member = json_object_get(object, names[i]);
+        json_int_t value = json_is_integer(member) ? json_integer_value(member) : -1;
+        if (value < 0 || value > most[i]) {
+            status = fail(err, LMN_ERR_PARSE, "%s: \"network\" has no good number of %s",
+                          m->st.path, names[i]);
+            goto done;
+        }
+        values[i] = (uint32_t)value;
+    }
+    m->field = (struct field_config){.n_grids = values[0],
+                                     .grid = learner_grid(),
+                                     .n_features = values[1],
+                                     .n_variables = values[2],
+                                     .width = m->options.width,
+                                     .depth = m->options.depth};
+done:
+    json_decref(object);
+    return status;
+}
+
 lmn_status model_file_open(struct model_file *m, const char *path, struct error *err)
 {
     lmn_status status = LMN_OK;
@@ -101,6 +134,7 @@ lmn_status model_file_open(struct model_file *m, const char *path, struct error 
     TRY(get_list(m, "defines", &m->defines, &m->n_defines, err));
     TRY(get_list(m, "variables", &m->names, &m->n_names, err));
     TRY(options_read(m->config, path, &m->options, err));
+    if (m->options.method == LMN_METHOD_IMPROVED) TRY(get_field(m, err));
 done:
     if (status != LMN_OK) model_file_release(m);
     return status;
@@ -152,12 +186,48 @@ static struct tensor network_tensor(const struct layout_tensor *l, float *weight
                            .data = weights ? weights + l->at : NULL};
 }
 
-lmn_status model_file_check_weights(const struct model_file *m, struct error *err)
+static uint32_t n_network_tensors(const struct model_file *m)
 {
     struct generator_config c = model_file_network(m);
-    for (uint32_t i = 0; i < layout_n_tensors(&c); i++) {
+    return m->options.method == LMN_METHOD_IMPROVED ? layout_field_n_tensors(&m->field)
+                                                    : layout_n_tensors(&c);
+}
+
+static void get_network_tensor(const struct model_file *m, uint32_t i, struct layout_tensor *out)
+{
+    struct generator_config c = model_file_network(m);
+    if (m->options.method == LMN_METHOD_IMPROVED)
+        layout_field_get(&m->field, i, out);
+    else
+        layout_get(&c, i, out);
+}
+
+size_t model_file_n_weights(const struct model_file *m)
+{
+    struct layout_tensor last;
+    get_network_tensor(m, n_network_tensors(m) - 1, &last);
+    return last.at + last.size;
+}
+
+lmn_status model_file_check_field(const struct model_file *m, const struct field_config *want,
+                                  struct error *err)
+{
+    const struct field_config *c = &m->field;
+    if (c->n_grids == want->n_grids && c->n_features == want->n_features &&
+        c->n_variables == want->n_variables)
+        return LMN_OK;
+    return fail(err, LMN_ERR_ARGUMENT,
+                "%s: its network is for a scene in which other things move: %u frames, %u features "
+                "and %u variables, not %u, %u and %u",
+                m->st.path, c->n_grids, c->n_features, c->n_variables, want->n_grids,
+                want->n_features, want->n_variables);
+}
+
+lmn_status model_file_check_weights(const struct model_file *m, struct error *err)
+{
+    for (uint32_t i = 0; i < n_network_tensors(m); i++) {
         struct layout_tensor l;
-        layout_get(&c, i, &l);
+        get_network_tensor(m, i, &l);
         struct tensor t = network_tensor(&l, NULL);
         lmn_status status = safetensors_check(&m->st, &t, err);
         if (status != LMN_OK) return status;
@@ -167,10 +237,9 @@ lmn_status model_file_check_weights(const struct model_file *m, struct error *er
 
 lmn_status model_file_read_weights(const struct model_file *m, float *weights, struct error *err)
 {
-    struct generator_config c = model_file_network(m);
-    for (uint32_t i = 0; i < layout_n_tensors(&c); i++) {
+    for (uint32_t i = 0; i < n_network_tensors(m); i++) {
         struct layout_tensor l;
-        layout_get(&c, i, &l);
+        get_network_tensor(m, i, &l);
         struct tensor t = network_tensor(&l, weights);
         lmn_status status = safetensors_read(&m->st, &t, false, err);
         if (status != LMN_OK) return status;

@@ -15,6 +15,7 @@ struct model_file {
     uint64_t scene_hash, step;
     bool has_training;                                /* not only weights */
     const char *scene_path, *variables_path, *config; /* texts in the file */
+    struct field_config field; /* improved method: the network, max_pixels 0 */
     uint32_t n_defines, n_names;
     char **defines; /* [n_defines]; owned, in one block */
     char **names;   /* [n_names], the scene's variables; owned, in one block */
@@ -23,7 +24,13 @@ struct model_file {
 lmn_status model_file_open(struct model_file *m, const char *path, struct error *err);
 void model_file_release(struct model_file *m);
 
-/* The network that the file's weights are for. */
+/* The improved method's: whether its network is the one that the scene asks for. */
+lmn_status model_file_check_field(const struct model_file *m, const struct field_config *want,
+                                  struct error *err);
+
+size_t model_file_n_weights(const struct model_file *m);
+
+/* The faithful method's network that the file's weights are for. */
 struct generator_config model_file_network(const struct model_file *m);
 
 /* Fails when the file was made from another scene (with `force`: only when the variables do not
@@ -35,7 +42,7 @@ lmn_status model_file_check_scene(const struct model_file *m, const struct scene
  * taken on the word of the file. */
 lmn_status model_file_check_weights(const struct model_file *m, struct error *err);
 
-/* weights [layout_n_weights()] */
+/* weights [model_file_n_weights()] */
 lmn_status model_file_read_weights(const struct model_file *m, float *weights, struct error *err);
 
 /* Steps and history of the training: counters and averages as in docs/checkpoint-format.md. */

@@ -51,13 +51,15 @@ static const struct field fields[] = {
     FIELD(I32, max_depth, 0, -1, 1e9),
     FIELD(I32, rr_depth, 0, 0, 1e9),
     FIELD(U32, integrator, LMN_INTEGRATOR_PATH, 0, 2),
+    FIELD(U32, method, LMN_METHOD_FAITHFUL, 0, 1),
 };
 enum { N_FIELDS = sizeof fields / sizeof fields[0] };
 
 /* Younger than files: left out where it has its initial value. */
 static bool may_be_missing(const struct field *f)
 {
-    return f->offset == offsetof(lmn_train_options, integrator);
+    return f->offset == offsetof(lmn_train_options, integrator) ||
+           f->offset == offsetof(lmn_train_options, method);
 }
 
 static double get(const lmn_train_options *o, const struct field *f)
@@ -115,6 +117,33 @@ void options_init(lmn_train_options *o)
     for (size_t i = 0; i < N_FIELDS; i++) set(o, &fields[i], fields[i].initial);
 }
 
+void options_init_method(lmn_train_options *o, uint32_t method)
+{
+    options_init(o);
+    o->method = method;
+    if (method != LMN_METHOD_IMPROVED) return;
+    o->width = 64;
+    o->depth = 4;
+    o->learning_rate = 5e-3;
+    o->spp = 4;
+    o->memory_mib = 256;
+}
+
+/* What goes together in the improved method. */
+static lmn_status check_improved(const lmn_train_options *o, struct error *err)
+{
+    if (o->integrator != LMN_INTEGRATOR_PATH)
+        return fail(err, LMN_ERR_ARGUMENT,
+                    "training option integrator = %u: the improved method traces paths alone",
+                    o->integrator);
+    if (o->depth < 1 || o->depth > 16 || o->width > 512)
+        return fail(err, LMN_ERR_ARGUMENT,
+                    "training options width = %u, depth = %u: the improved method takes widths up "
+                    "to 512 and depths of 1 to 16",
+                    o->width, o->depth);
+    return LMN_OK;
+}
+
 lmn_status options_check(const lmn_train_options *o, struct error *err)
 {
     for (size_t i = 0; i < N_FIELDS; i++) {
@@ -124,6 +153,7 @@ lmn_status options_check(const lmn_train_options *o, struct error *err)
             return fail(err, LMN_ERR_ARGUMENT, "training option %s = %g is not between %g and %g",
                         f->name, value, f->min, f->max);
     }
+    if (o->method == LMN_METHOD_IMPROVED) return check_improved(o, err);
     if (o->step_min > o->step_max)
         return fail(err, LMN_ERR_ARGUMENT, "training option step_min = %g is above step_max = %g",
                     o->step_min, o->step_max);

@@ -12,6 +12,9 @@
 
 void options_init(lmn_train_options *o);
 
+/* The defaults of a method, LMN_METHOD_*. */
+void options_init_method(lmn_train_options *o, uint32_t method);
+
 /* Every value within its range, and values that go together; the message names the option. */
 lmn_status options_check(const lmn_train_options *o, struct error *err);
 

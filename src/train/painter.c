@@ -8,21 +8,34 @@
 #include "train/inputs.h"
 
 lmn_status painter_init(struct painter *p, const struct workplace *place,
-                        struct generator *generator, struct error *err)
+                        const struct painter_network *network, struct error *err)
 {
     const size_t n = PAINTER_PIXELS;
-    *p = (struct painter){.place = place, .generator = generator};
+    const struct sight *sight = network->sight;
+    *p = (struct painter){.place = place, .network = *network};
     p->v = mem_new(place->scene->n_variables, sizeof *p->v);
     p->buffers = mem_new(n, sizeof(float[BUFFER_CHANNELS]));
-    p->inputs = mem_new(n, sizeof(float[GENERATOR_INPUTS]));
     p->color = mem_new(n, sizeof(float[3]));
+    bool has_inputs;
+    if (network->field) {
+        const size_t n_each = 3 * (size_t)sight->n_positions + sight->n_features + 3;
+        p->positions = mem_new(n * sight->n_positions, sizeof(float[3]));
+        p->features = mem_new(n * sight->n_features, sizeof(float));
+        p->scale = mem_new(n, sizeof(float[3]));
+        p->memory_size = n * n_each * sizeof(float);
+        has_inputs = p->positions && p->features && p->scale;
+    } else {
+        p->inputs = mem_new(n, sizeof(float[GENERATOR_INPUTS]));
+        p->memory_size = n * sizeof(float[GENERATOR_INPUTS]);
+        has_inputs = p->inputs != NULL;
+    }
     lmn_status status = LMN_OK;
-    if (p->v && p->buffers && p->inputs && p->color)
+    if (p->v && p->buffers && has_inputs && p->color)
         status = view_new(place->world, &p->view, err);
     else
         status = fail_memory(err, "rendering by the network");
     if (status != LMN_OK) painter_release(p);
-    p->memory_size = n * sizeof(float[BUFFER_CHANNELS + GENERATOR_INPUTS + 3]);
+    p->memory_size += n * sizeof(float[BUFFER_CHANNELS + 3]);
     return status;
 }
 
@@ -33,6 +46,9 @@ void painter_release(struct painter *p)
     mem_free(p->buffers);
     mem_free(p->inputs);
     mem_free(p->color);
+    mem_free(p->positions);
+    mem_free(p->features);
+    mem_free(p->scale);
     *p = (struct painter){0};
 }
 
@@ -46,6 +62,25 @@ static lmn_status new_image(const struct model_render_options *options, struct i
                       names, err);
 }
 
+/* color [n][3] from the strip's buffers. */
+static void paint_pixels(struct painter *p, size_t n, float *color)
+{
+    if (p->network.generator) {
+        inputs_from_buffers(p->place->scene, p->buffers, n, p->inputs);
+        generator_render(p->network.generator, p->inputs, p->v, n, color);
+        return;
+    }
+    const struct field_run run = {.n = (uint32_t)n,
+                                  .positions = p->positions,
+                                  .features = p->features,
+                                  .scale = p->scale,
+                                  .v = p->v};
+    sight_look_parallel(p->network.sight, p->place->pool, view_state(p->view), p->buffers, run.n,
+                        p->positions, p->features, p->scale);
+    field_render(p->network.field, &run, color);
+    sight_add_emission(p->buffers, run.n, color);
+}
+
 /* One strip of the window, into its rows of the image. */
 static lmn_status paint_strip(struct painter *p, const struct trace_settings *settings,
                               const struct window *strip, float *rows, uint32_t n_channels,
@@ -56,12 +91,11 @@ static lmn_status paint_strip(struct painter *p, const struct trace_settings *se
     lmn_status status = view_trace_parallel(p->view, p->place->pool, settings, strip, &output, NULL,
                                             NULL, err);
     if (status != LMN_OK) return status;
-    inputs_from_buffers(p->place->scene, p->buffers, n, p->inputs);
     if (n_channels == 3) {
-        generator_render(p->generator, p->inputs, p->v, n, rows);
+        paint_pixels(p, n, rows);
         return LMN_OK;
     }
-    generator_render(p->generator, p->inputs, p->v, n, p->color);
+    paint_pixels(p, n, p->color);
     for (size_t i = 0; i < n; i++) {
         memcpy(rows + i * n_channels, p->color + 3 * i, sizeof(float[3]));
         memcpy(rows + i * n_channels + 3, p->buffers + i * BUFFER_CHANNELS,
@@ -94,7 +128,10 @@ lmn_status painter_render(struct painter *p, const float *u,
     settings.spp = options->buffer_spp > 0 ? options->buffer_spp : PAINTER_BUFFER_SPP;
     settings.seed = options->seed;
     view_set(p->view, u);
-    inputs_variables(p->place->scene, u, p->v);
+    if (p->network.generator)
+        inputs_variables(p->place->scene, u, p->v);
+    else
+        sight_variables(p->network.sight, u, p->v);
 
     uint32_t most = PAINTER_PIXELS / w->width;
     for (uint32_t y = 0; y < w->height;) {

@@ -3,7 +3,15 @@
 #define TRAIN_PAINTER_H
 
 #include "image/image.h"
+#include "train/sight.h"
 #include "train/model.h"
+
+/* One of the two networks; not owned. */
+struct painter_network {
+    struct generator *generator; /* NULL: */
+    struct field *field;
+    const struct sight *sight; /* of the field */
+};
 
 /*
  * Frames by the network: what model_render() and evaluation share. Works through the window in
@@ -12,12 +20,14 @@
  */
 struct painter {
     const struct workplace *place;
-    struct generator *generator; /* not owned */
-    struct view *view;           /* owned */
-    float *v;                    /* [n_variables]; owned, as all below */
-    float *buffers;              /* [PAINTER_PIXELS][BUFFER_CHANNELS] */
-    float *inputs;               /* [PAINTER_PIXELS][GENERATOR_INPUTS] */
-    float *color;                /* [PAINTER_PIXELS][3] */
+    struct painter_network network;
+    struct view *view; /* owned */
+    float *v;          /* [n_variables]; owned, as all below */
+    float *buffers;    /* [PAINTER_PIXELS][BUFFER_CHANNELS] */
+    float *inputs;     /* [PAINTER_PIXELS][GENERATOR_INPUTS] */
+    float *color;      /* [PAINTER_PIXELS][3] */
+    /* Of the compact network instead of `inputs`: */
+    float *positions, *features, *scale; /* sight_look() */
     uint64_t memory_size;
 };
 
@@ -25,7 +35,7 @@ struct painter {
 enum { PAINTER_PIXELS = 65536, PAINTER_BUFFER_SPP = 16 };
 
 lmn_status painter_init(struct painter *p, const struct workplace *place,
-                        struct generator *generator, struct error *err);
+                        const struct painter_network *network, struct error *err);
 void painter_release(struct painter *p);
 
 /* As model_render(). */

@@ -23,14 +23,14 @@ static void write_run(const struct trainer *t, struct json *j)
     const struct scene *s = t->place.scene;
     json_begin_object(j, "run");
     json_put_string(j, "scene", t->place.scene_path);
-    json_put_string(j, "method", "faithful");
+    json_put_string(j, "method", t->learner ? "improved" : "faithful");
     json_begin_array(j, "variables"); /* the dimensions of the chains */
     for (uint32_t i = 0; i < s->n_variables; i++) json_put_string(j, NULL, s->variables[i].name);
     json_put_string(j, NULL, "patch.x");
     json_put_string(j, NULL, "patch.y");
     json_end(j);
     json_put_integer(j, "seed", (int64_t)t->options.seed);
-    json_put_integer(j, "n_weights", (int64_t)t->adam.n);
+    json_put_integer(j, "n_weights", (int64_t)trainer_n_weights(t));
     json_put_integer(j, "memory_bytes", (int64_t)t->memory_size);
     json_begin_object(j, "options");
     options_write(&t->options, j);
@@ -101,8 +101,9 @@ const char *trainer_metrics_line(struct trainer *t)
     if (!t->has_stepped) {
         write_run(t, &j);
     } else {
-        bool with_chains = t->is_fresh && (t->chains_told_step == 0 ||
-                                           t->step >= t->chains_told_step + CHAINS_EVERY);
+        bool with_chains = !t->learner && t->is_fresh &&
+                           (t->chains_told_step == 0 ||
+                            t->step >= t->chains_told_step + CHAINS_EVERY);
         write_step(t, with_chains, &j);
         if (with_chains) t->chains_told_step = t->step;
         t->has_eval = false;
@@ -125,7 +126,10 @@ lmn_status trainer_eval(struct trainer *t, const lmn_eval_options *options,
     lmn_status status = LMN_OK;
     lmn_eval_result result;
     if (!t->has_painter) {
-        TRY(painter_init(&t->painter, &t->place, t->generator, err));
+        const struct painter_network network = t->learner ? learner_network(t->learner)
+                                                          : (struct painter_network){
+                                                                .generator = t->generator};
+        TRY(painter_init(&t->painter, &t->place, &network, err));
         t->has_painter = true;
     }
     if (!t->tests.u || !same_test(options, &t->eval_options)) {
@@ -135,7 +139,10 @@ lmn_status trainer_eval(struct trainer *t, const lmn_eval_options *options,
         t->eval_options = *options;
     }
     TRY(test_set_trace(&t->tests, &t->place, progress, progress_user, err));
-    TRY(test_set_evaluate(&t->tests, &t->painter, &result, NULL, NULL, err));
+    if (t->learner) learner_show_average(t->learner, true);
+    status = test_set_evaluate(&t->tests, &t->painter, &result, NULL, NULL, err);
+    if (t->learner) learner_show_average(t->learner, false);
+    if (status != LMN_OK) goto done;
     t->eval = result.mean;
     t->has_eval = true;
     if (out) *out = result.mean;

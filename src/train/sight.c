@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/mem.h"
+#include "base/pool.h"
 #include "scene/binding.h"
 #include "scene/bounds.h"
 #include "train/inputs.h"
@@ -117,6 +118,12 @@ void sight_release(struct sight *s)
     scene_frames_release(&s->frames);
     mem_free(s->variables);
     *s = (struct sight){0};
+}
+
+struct field_config sight_field(const struct sight *s)
+{
+    return (struct field_config){
+        .n_grids = s->n_positions, .n_features = s->n_features, .n_variables = s->n_variables};
 }
 
 void sight_variables(const struct sight *s, const float *u, float *v)
@@ -246,4 +253,49 @@ void sight_look(const struct sight *s, const struct scene_state *state, const fl
         }
         scale_of(b, scale + 3 * (size_t)i);
     }
+}
+
+enum { LOOK_CHUNK = 1 << 10 };
+
+struct look_job {
+    const struct sight *sight;
+    const struct scene_state *state;
+    const float *buffers;
+    uint32_t n;
+    float *positions, *features, *scale;
+};
+
+static void look_chunk(void *ctx, uint32_t item, uint32_t worker)
+{
+    const struct look_job *j = ctx;
+    const uint32_t at = item * LOOK_CHUNK, n = j->n - at < LOOK_CHUNK ? j->n - at : LOOK_CHUNK;
+    const size_t first = at;
+    (void)worker;
+    sight_look(j->sight, j->state, j->buffers + first * BUFFER_CHANNELS, n,
+               j->positions + first * j->sight->n_positions * 3,
+               j->features + first * j->sight->n_features, j->scale + first * 3);
+}
+
+void sight_look_parallel(const struct sight *s, struct pool *pool, const struct scene_state *state,
+                         const float *buffers, uint32_t n, float *positions, float *features,
+                         float *scale)
+{
+    struct look_job job = {s, state, buffers, n, positions, features, scale};
+    pool_run(pool, (n + LOOK_CHUNK - 1) / LOOK_CHUNK, look_chunk, &job);
+}
+
+void sight_targets(const float *color, const float *buffers, uint32_t n, float *targets)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t c = 0; c < 3; c++) {
+            float y = color[3 * i + c] - buffers[i * BUFFER_CHANNELS + BUFFER_EMISSION + c];
+            targets[3 * i + c] = y > 0.0f && isfinite(y) ? y : 0.0f;
+        }
+}
+
+void sight_add_emission(const float *buffers, uint32_t n, float *color)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t c = 0; c < 3; c++)
+            color[3 * i + c] += finite_or_zero(buffers[i * BUFFER_CHANNELS + BUFFER_EMISSION + c]);
 }

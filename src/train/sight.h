@@ -41,6 +41,9 @@ struct sight {
 lmn_status sight_init(struct sight *s, const struct scene *scene, struct error *err);
 void sight_release(struct sight *s);
 
+/* What the scene asks of a network: grids, features, variables; the rest is 0. */
+struct field_config sight_field(const struct sight *s);
+
 /* v [n_variables] of the configuration u. */
 void sight_variables(const struct sight *s, const float *u, float *v);
 
@@ -48,5 +51,19 @@ void sight_variables(const struct sight *s, const float *u, float *v);
  * scale [n][3] (all 0 where nothing was hit). What is not finite becomes 0. */
 void sight_look(const struct sight *s, const struct scene_state *state, const float *buffers,
                 uint32_t n, float *positions, float *features, float *scale);
+
+struct pool;
+
+/* The same, on the pool. */
+void sight_look_parallel(const struct sight *s, struct pool *pool, const struct scene_state *state,
+                         const float *buffers, uint32_t n, float *positions, float *features,
+                         float *scale);
+
+/* The targets of learning: what surfaces scatter, that is color [n][3] without what they emit
+ * themselves. What is not finite, or below 0, becomes 0. */
+void sight_targets(const float *color, const float *buffers, uint32_t n, float *targets);
+
+/* And back: adds to color [n][3] what is emitted. */
+void sight_add_emission(const float *buffers, uint32_t n, float *color);
 
 #endif

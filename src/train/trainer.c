@@ -114,21 +114,12 @@ static lmn_status replay_room(const struct trainer *t, uint32_t *out, struct err
     return LMN_OK;
 }
 
-lmn_status trainer_new(const struct workplace *place, const lmn_train_options *options,
-                       struct trainer **out, struct error *err)
+static lmn_status new_faithful(struct trainer *t, uint32_t dim, struct error *err)
 {
     lmn_status status = LMN_OK;
-    const struct scene *s = place->scene;
-    uint32_t capacity, dim = s->n_variables + PATCH_CORNER_DIMENSIONS;
-    struct trainer *t = mem_new(1, sizeof *t);
-    if (!t) {
-        status = fail_memory(err, "the trainer");
-        goto done;
-    }
-    TRY(options_check(options, err));
+    const struct scene *s = t->place.scene;
     const lmn_train_options *o = &t->options;
-    t->options = *options;
-    t->place = *place;
+    uint32_t capacity;
     t->n_pixels = o->patch_size * o->patch_size;
     t->config = (struct generator_config){.n_variables = s->n_variables,
                                           .width = o->width,
@@ -136,13 +127,9 @@ lmn_status trainer_new(const struct workplace *place, const lmn_train_options *o
                                           .patch_size = o->patch_size};
     TRY(replay_room(t, &capacity, err));
 
-    trace_settings_init(&t->trace, s);
-    if (o->spp > 0) t->trace.spp = o->spp;
-    if (o->has_max_depth) t->trace.max_depth = o->max_depth;
-    if (o->has_rr_depth) t->trace.rr_depth = o->rr_depth;
-    TRY(tracing_has_photons(o, place, &t->trace, &t->has_photons, err));
+    TRY(tracing_has_photons(o, &t->place, &t->trace, &t->has_photons, err));
 
-    TRY(generator_new(&t->config, place->pool, place->cpu, &t->generator, err));
+    TRY(generator_new(&t->config, t->place.pool, t->place.cpu, &t->generator, err));
     generator_init(t->generator, rng_mix(o->seed ^ STREAM_WEIGHTS));
     if (o->no_preconditioning)
         layout_cut_position_layer(&t->config, generator_weights(t->generator));
@@ -161,7 +148,6 @@ lmn_status trainer_new(const struct workplace *place, const lmn_train_options *o
     }
     TRY(explorer_init(&t->explorer, &walk, err));
     TRY(replay_init(&t->replay, capacity, t->n_pixels, s->n_variables, err));
-    TRY(history_init(&t->history, o->n_chains, dim, err));
     t->reuse = (struct reuse){
         .bias = o->reuse_bias, .ema = o->reuse_ema, .warmup = o->reuse_warmup};
     TRY(take_workspace(t, err));
@@ -170,6 +156,47 @@ lmn_status trainer_new(const struct workplace *place, const lmn_train_options *o
     t->memory_size += sizeof *t + generator_memory_size(t->generator) +
                       2 * t->adam.n * sizeof(float) + n_walk + t->replay.memory_size +
                       t->history.memory_size;
+done:
+    return status;
+}
+
+static lmn_status new_improved(struct trainer *t, struct error *err)
+{
+    struct learner_options o;
+    struct learner_stats stats;
+    learner_options_init(&o, &t->options);
+    t->config.n_variables = t->place.scene->n_variables;
+    lmn_status status = learner_new(&t->place, &o, &t->trace, &t->learner, err);
+    if (status != LMN_OK) return status;
+    learner_get_stats(t->learner, &stats);
+    t->memory_size = sizeof *t + stats.memory_bytes + t->history.memory_size;
+    return LMN_OK;
+}
+
+lmn_status trainer_new(const struct workplace *place, const lmn_train_options *options,
+                       struct trainer **out, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    const struct scene *s = place->scene;
+    uint32_t dim = s->n_variables + PATCH_CORNER_DIMENSIONS;
+    struct trainer *t = mem_new(1, sizeof *t);
+    if (!t) {
+        status = fail_memory(err, "the trainer");
+        goto done;
+    }
+    TRY(options_check(options, err));
+    const lmn_train_options *o = &t->options;
+    t->options = *options;
+    t->place = *place;
+    trace_settings_init(&t->trace, s);
+    if (o->spp > 0) t->trace.spp = o->spp;
+    if (o->has_max_depth) t->trace.max_depth = o->max_depth;
+    if (o->has_rr_depth) t->trace.rr_depth = o->rr_depth;
+    TRY(history_init(&t->history, o->n_chains, dim, err));
+    if (o->method == LMN_METHOD_IMPROVED)
+        TRY(new_improved(t, err));
+    else
+        TRY(new_faithful(t, dim, err));
     *out = t;
     t = NULL;
 done:
@@ -206,8 +233,14 @@ void trainer_free(struct trainer *t)
     test_set_release(&t->tests);
     if (t->has_painter) painter_release(&t->painter);
     generator_free(t->generator);
+    learner_free(t->learner);
     str_release(&t->line);
     mem_free(t);
+}
+
+size_t trainer_n_weights(const struct trainer *t)
+{
+    return t->learner ? layout_field_n_weights(learner_field_config(t->learner)) : t->adam.n;
 }
 
 const lmn_train_options *trainer_options(const struct trainer *t)
@@ -397,17 +430,54 @@ static lmn_status step_replayed(struct trainer *t, struct rng *r, struct error *
     return LMN_OK;
 }
 
+static lmn_status step_faithful(struct trainer *t, double *trace_cpu_s, struct error *err)
+{
+    struct rng r = rng_keyed(t->options.seed ^ STREAM_REUSE, t->step, 0);
+    t->is_fresh = t->options.no_reuse || !(rng_double(&r) < reuse_probability(&t->reuse));
+    return t->is_fresh ? step_fresh(t, trace_cpu_s, err) : step_replayed(t, &r, err);
+}
+
+static lmn_status step_improved(struct trainer *t, double *trace_cpu_s, struct error *err)
+{
+    struct learner_stats before, after;
+    learner_get_stats(t->learner, &before);
+    lmn_status status = learner_step(t->learner, &after, err);
+    if (status != LMN_OK) return status;
+    t->loss = after.loss;
+    t->is_fresh = true;
+    t->batch_size = after.n_batch;
+    t->n_traced = after.n_configurations;
+    *trace_cpu_s = (after.trace_s - before.trace_s) * pool_n_workers(t->place.pool);
+    return LMN_OK;
+}
+
+/* Only the faithful method chooses between new patches and replayed ones. */
+static bool reuses(const struct trainer *t)
+{
+    return !t->learner && !t->options.no_reuse;
+}
+
+static bool has_averages(const struct trainer *t)
+{
+    return !t->learner && reuse_is_warm(&t->reuse);
+}
+
+static uint32_t resolution_of(const struct trainer *t, uint64_t step)
+{
+    return t->learner ? t->options.resolution_max : trainer_resolution(&t->options, step);
+}
+
 static void record_step(struct trainer *t)
 {
-    bool is_warm = reuse_is_warm(&t->reuse);
+    bool is_warm = has_averages(t);
     const double row[HISTORY_COLUMNS] = {
         [HISTORY_STEP] = (double)t->step,
         [HISTORY_LOSS] = t->loss,
         [HISTORY_LOSS_FRESH] = is_warm ? t->reuse.loss_new : NAN,
         [HISTORY_LOSS_REPLAYED] = is_warm ? t->reuse.loss_exist : NAN,
-        [HISTORY_REUSE_PROBABILITY] = t->options.no_reuse ? 0 : reuse_probability(&t->reuse),
+        [HISTORY_REUSE_PROBABILITY] = reuses(t) ? reuse_probability(&t->reuse) : 0,
         [HISTORY_ACCEPTANCE] = t->acceptance,
-        [HISTORY_RESOLUTION] = trainer_resolution(&t->options, t->step - 1),
+        [HISTORY_RESOLUTION] = resolution_of(t, t->step - 1),
         [HISTORY_FRESH] = t->is_fresh,
     };
     history_add(&t->history, row);
@@ -417,12 +487,10 @@ lmn_status trainer_step(struct trainer *t, lmn_train_stats *stats, struct error 
 {
     lmn_status status = LMN_OK;
     double cpu = clock_cpu_s(), trace_cpu_s = 0;
-    struct rng r = rng_keyed(t->options.seed ^ STREAM_REUSE, t->step, 0);
-    t->is_fresh = t->options.no_reuse || !(rng_double(&r) < reuse_probability(&t->reuse));
-    if (t->is_fresh)
-        TRY(step_fresh(t, &trace_cpu_s, err));
+    if (t->learner)
+        TRY(step_improved(t, &trace_cpu_s, err));
     else
-        TRY(step_replayed(t, &r, err));
+        TRY(step_faithful(t, &trace_cpu_s, err));
     t->step++;
     t->has_stepped = true;
     record_step(t);
@@ -439,16 +507,16 @@ done:
 
 void trainer_get_stats(const struct trainer *t, lmn_train_stats *stats)
 {
-    bool is_warm = reuse_is_warm(&t->reuse);
+    bool is_warm = has_averages(t);
     uint64_t last = t->step > 0 ? t->step - 1 : 0;
     *stats = (lmn_train_stats){
         .step = t->step,
         .loss = t->loss,
         .loss_fresh = is_warm ? t->reuse.loss_new : NAN,
         .loss_replayed = is_warm ? t->reuse.loss_exist : NAN,
-        .reuse_probability = t->options.no_reuse ? 0 : reuse_probability(&t->reuse),
+        .reuse_probability = reuses(t) ? reuse_probability(&t->reuse) : 0,
         .acceptance = t->acceptance,
-        .resolution = trainer_resolution(&t->options, last),
+        .resolution = resolution_of(t, last),
         .fresh = t->is_fresh,
         .batch = t->batch_size,
         .n_traced = t->n_traced,

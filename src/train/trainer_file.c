@@ -29,11 +29,15 @@ static void add(struct tensor_list *l, const char *name, enum tensor_type type, 
 
 static void list_network(struct tensor_list *l, const struct trainer *t)
 {
-    float *weights = generator_weights(t->generator);
-    l->n_network = layout_n_tensors(&t->config);
+    const struct field_config *field = t->learner ? learner_field_config(t->learner) : NULL;
+    float *weights = field ? learner_average(t->learner) : generator_weights(t->generator);
+    l->n_network = field ? layout_field_n_tensors(field) : layout_n_tensors(&t->config);
     for (uint32_t i = 0; i < l->n_network; i++) {
         struct layout_tensor *n = &l->network[i];
-        layout_get(&t->config, i, n);
+        if (field)
+            layout_field_get(field, i, n);
+        else
+            layout_get(&t->config, i, n);
         add(l, n->name, TENSOR_F32, n->n_in > 0 ? 2 : 1, (uint64_t[3]){n->n_out, n->n_in},
             weights + n->at);
     }
@@ -42,6 +46,10 @@ static void list_network(struct tensor_list *l, const struct trainer *t)
 /* All but the network, the history and the counters. */
 static void list_training(struct tensor_list *l, const struct trainer *t)
 {
+    if (t->learner) {
+        l->n += learner_tensors(t->learner, l->items + l->n);
+        return;
+    }
     const uint64_t n_weights = t->adam.n, p = t->n_pixels, d = t->config.n_variables;
     const uint64_t chains = t->options.n_chains, held = t->replay.n;
     add(l, "adam.m", TENSOR_F32, 1, (uint64_t[3]){n_weights}, t->adam.m);
@@ -88,6 +96,18 @@ static void get_counters(const struct trainer *t, int64_t c[N_COUNTERS], double 
     a[AVERAGE_ACCEPTANCE] = t->acceptance;
 }
 
+/* Of the improved method: what the scene gives the network. */
+static void write_network(const struct trainer *t, struct str *to)
+{
+    const struct field_config *c = learner_field_config(t->learner);
+    struct json j = {.out = to};
+    json_begin_object(&j, NULL);
+    json_put_integer(&j, "grids", c->n_grids);
+    json_put_integer(&j, "features", c->n_features);
+    json_put_integer(&j, "variables", c->n_variables);
+    json_end(&j);
+}
+
 /* The lists in the metadata, as JSON texts. */
 static void write_texts(const struct trainer *t, struct str *options, struct str *defines,
                         struct str *variables)
@@ -113,12 +133,15 @@ lmn_status trainer_save(const struct trainer *t, const char *path, bool weights_
     int64_t counters[N_COUNTERS];
     double averages[N_AVERAGES];
     struct str options = {0}, defines = {0}, variables = {0}, hash = {0}, step = {0};
+    struct str network = {0};
     struct tensor_list *l = mem_new(1, sizeof *l);
     get_counters(t, counters, averages);
     write_texts(t, &options, &defines, &variables);
     str_add(&hash, "%016llx", (unsigned long long)t->place.scene->hash);
     str_add(&step, "%llu", (unsigned long long)t->step);
-    if (!l || options.failed || defines.failed || variables.failed || hash.failed || step.failed) {
+    if (t->learner) write_network(t, &network);
+    if (!l || network.failed || options.failed || defines.failed || variables.failed ||
+        hash.failed || step.failed) {
         status = fail_memory(err, path);
         goto done;
     }
@@ -126,7 +149,7 @@ lmn_status trainer_save(const struct trainer *t, const char *path, bool weights_
     const struct tensor_text texts[] = {
         {"format", "lumenaut-model"},
         {"version", "1"},
-        {"method", "faithful"},
+        {"method", t->learner ? "improved" : "faithful"},
         {"contents", weights_only ? "weights" : "training"},
         {"step", step.text},
         {"scene_path", scene_path ? scene_path : ""},
@@ -135,13 +158,15 @@ lmn_status trainer_save(const struct trainer *t, const char *path, bool weights_
         {"scene_hash", hash.text},
         {"variables", variables.text},
         {"options", options.text},
+        {"network", network.text}, /* last: the improved method only */
     };
+    const uint32_t n_texts = sizeof texts / sizeof *texts - (t->learner ? 0 : 1);
     list_network(l, t);
     add(l, "state.counters", TENSOR_I64, 1, (uint64_t[3]){N_COUNTERS}, counters);
     add(l, "state.averages", TENSOR_F64, 1, (uint64_t[3]){N_AVERAGES}, averages);
     list_history(l, &t->history);
     if (!weights_only) list_training(l, t);
-    TRY(safetensors_save(path, texts, sizeof texts / sizeof *texts, l->items, l->n, err));
+    TRY(safetensors_save(path, texts, n_texts, l->items, l->n, err));
 done:
     mem_free(l);
     str_release(&options);
@@ -149,6 +174,7 @@ done:
     str_release(&variables);
     str_release(&hash);
     str_release(&step);
+    str_release(&network);
     return status;
 }
 
@@ -172,6 +198,7 @@ static void set_counters(struct trainer *t, const int64_t c[N_COUNTERS], const d
 /* What tensors' types and shapes do not say yet. */
 static lmn_status check_training(const struct trainer *t, const char *path, struct error *err)
 {
+    if (t->learner) return learner_restore(t->learner, path, err);
     size_t n_u = (size_t)t->options.n_chains * t->explorer.options.dim;
     for (size_t i = 0; i < n_u; i++)
         if (!(t->explorer.u[i] >= 0 && t->explorer.u[i] < 1))
@@ -195,6 +222,7 @@ static lmn_status check_training(const struct trainer *t, const char *path, stru
 /* Before memory is taken on the word of the options: the file must hold as much. */
 static lmn_status check_sizes(const struct model_file *m, struct error *err)
 {
+    if (m->options.method == LMN_METHOD_IMPROVED) return model_file_check_weights(m, err);
     uint64_t p = (uint64_t)m->options.patch_size * m->options.patch_size;
     const struct tensor inputs = {
         "chains.inputs", TENSOR_F32, 3, {m->options.n_chains, p, GENERATOR_INPUTS}, NULL};
@@ -228,7 +256,12 @@ lmn_status trainer_resume(const struct workplace *place, const char *path, bool 
     TRY(model_file_read_counters(&m, counters, averages, err));
     TRY(model_file_read_history(&m, &history, err));
     TRY(trainer_new(place, &m.options, &t, err));
+    if (t->learner) TRY(model_file_check_field(&m, learner_field_config(t->learner), err));
     set_counters(t, counters, averages);
+    if (t->learner && !learner_set_progress(t->learner, t->step, t->n_traced)) {
+        status = fail(err, LMN_ERR_PARSE, "%s: its counters contradict each other", path);
+        goto done;
+    }
     history_release(&t->history);
     t->history = history;
     history = (struct history){0};
@@ -237,8 +270,10 @@ lmn_status trainer_resume(const struct workplace *place, const char *path, bool 
     list_training(l, t);
     for (uint32_t i = 0; i < l->n; i++) TRY(safetensors_read(&m.st, &l->items[i], false, err));
     TRY(check_training(t, path, err));
-    generator_weights_changed(t->generator);
-    replay_rebuild(&t->replay);
+    if (!t->learner) {
+        generator_weights_changed(t->generator);
+        replay_rebuild(&t->replay);
+    }
 
     metrics = metrics_path(path);
     if (metrics) metrics_times(metrics, t->step, &t->cpu_s, &t->trace_s, &t->network_s);

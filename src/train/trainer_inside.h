@@ -6,6 +6,7 @@
 #include "nn/adam.h"
 #include "train/evaluate.h"
 #include "train/explorer.h"
+#include "train/learner.h"
 #include "train/replay.h"
 #include "train/reuse.h"
 #include "train/trainer.h"
@@ -37,9 +38,11 @@ struct batch {
 struct trainer {
     struct workplace place;
     lmn_train_options options;
-    struct generator_config config;
     struct trace_settings trace; /* but for the seed */
     bool has_photons;
+    struct learner *learner; /* the improved method; NULL: the faithful one, whose parts follow */
+
+    struct generator_config config;
     uint32_t n_pixels; /* P */
 
     struct generator *generator;
@@ -86,6 +89,8 @@ struct trainer {
     lmn_metrics eval;
     lmn_eval_options eval_options;
 };
+
+size_t trainer_n_weights(const struct trainer *t);
 
 /* The virtual resolution of a step (Sec. 6.2). */
 uint32_t trainer_resolution(const lmn_train_options *o, uint64_t step);

@@ -8,6 +8,7 @@
 #include "base/mem.h"
 #include "scene/assign.h"
 #include "tiny.h"
+#include "train/options.h"
 
 /* cmocka last: it makes fail() a macro. */
 #include <setjmp.h>
@@ -34,19 +35,35 @@ static int teardown(void **state)
     return 0;
 }
 
+static struct learner_options defaults(void)
+{
+    lmn_train_options from;
+    struct learner_options o;
+    options_init_method(&from, LMN_METHOD_IMPROVED);
+    learner_options_init(&o, &from);
+    return o;
+}
+
+static lmn_status make_with(const struct learner_options *o, struct learner **out,
+                            struct error *err)
+{
+    struct trace_settings trace;
+    trace_settings_init(&trace, tiny.scene);
+    return learner_new(&tiny.place, o, &trace, out, err);
+}
+
 static struct learner *make(void)
 {
     struct learner *l;
     struct error err = {{0}};
-    struct learner_options o;
-    learner_options_init(&o);
+    struct learner_options o = defaults();
     o.width = 32;
     o.depth = 2;
     o.n_fresh = 16;
     o.n_pixels = 32;
     o.n_batch = 64;
     o.memory_mib = 16;
-    if (learner_new(&tiny.place, &o, &l, &err) != LMN_OK) fail_msg("%s", err.text);
+    if (make_with(&o, &l, &err) != LMN_OK) fail_msg("%s", err.text);
     return l;
 }
 
@@ -61,9 +78,21 @@ static void paint(struct learner *l, uint32_t index, float *out)
 {
     float u[8];
     struct error err = {{0}};
+    struct painter p;
+    struct image image;
+    const struct painter_network network = learner_network(l);
+    const struct model_render_options o = {.window = {WIDTH, HEIGHT, 0, 0, WIDTH, HEIGHT},
+                                           .buffer_spp = 4};
     assert_true(tiny.scene->n_variables <= 8);
     scene_random_units(tiny.scene, 99, index, u);
-    if (learner_render(l, u, WIDTH, HEIGHT, 4, out, &err) != LMN_OK) fail_msg("%s", err.text);
+    learner_show_average(l, true);
+    if (painter_init(&p, &tiny.place, &network, &err) != LMN_OK ||
+        painter_render(&p, u, &o, &image, NULL, NULL, NULL, &err) != LMN_OK)
+        fail_msg("%s", err.text);
+    learner_show_average(l, false);
+    memcpy(out, image.data, N * sizeof *out);
+    image_release(&image);
+    painter_release(&p);
 }
 
 static void trace(uint32_t index, float *out)
@@ -129,18 +158,17 @@ static void memory_is_bounded(void **state)
 {
     struct learner *l;
     struct error err = {{0}};
-    struct learner_options o;
+    struct learner_options o = defaults();
     struct learner_stats stats;
     (void)state;
-    learner_options_init(&o);
     o.memory_mib = 1;
     o.n_fresh = 1 << 12;
-    assert_int_equal(learner_new(&tiny.place, &o, &l, &err), LMN_ERR_ARGUMENT);
+    assert_int_equal(make_with(&o, &l, &err), LMN_ERR_ARGUMENT);
     assert_null(l);
     o.n_fresh = 40;
     o.n_batch = 50;
     o.n_pixels = 16;
-    if (learner_new(&tiny.place, &o, &l, &err) != LMN_OK) fail_msg("%s", err.text);
+    if (make_with(&o, &l, &err) != LMN_OK) fail_msg("%s", err.text);
     run(l, 12);
     assert_int_equal(learner_step(l, &stats, &err), LMN_OK);
     assert_int_equal(stats.step, 13);

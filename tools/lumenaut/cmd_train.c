@@ -215,9 +215,13 @@ static void report(struct run *r)
 
 static int run(void *args)
 {
+    const char *foreign = train_args_finish(args);
     const struct train_args *a = args;
     struct run r = {.a = a, .time_s = a->time_s};
     int code = app_open(&r.app, &a->common);
+    if (code == EXIT_OK && foreign)
+        code = app_error(&r.app, EXIT_USAGE, "--%s: the improved method has no such option",
+                         foreign);
     if (code == EXIT_OK && !a->output)
         code = app_error(&r.app, EXIT_USAGE, "no output: give -o FILE.lmn");
     if (code == EXIT_OK && strcmp(a->output, "-") == 0)

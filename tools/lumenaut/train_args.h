@@ -8,6 +8,9 @@ struct train_args {
     struct common_args common;
     struct scene_args scene;
     lmn_train_options options;
+    struct {
+        uint32_t width, depth, learning_rate, memory, spp; /* 1: on the command line */
+    } given;
     const char *output;
     /* when to stop: the first that is reached; 0, NULL: not asked for */
     uint64_t steps;
@@ -25,6 +28,10 @@ extern const struct arg_group train_groups[];
 extern const size_t n_train_groups;
 
 void train_args_init(void *args);
+
+/* Completes what was read: the method's own defaults for what the command line leaves open. NULL,
+ * or the name of an option that the method has not. */
+const char *train_args_finish(struct train_args *a);
 
 /* "mape=0.1" */
 struct train_target {

@@ -84,7 +84,17 @@ static const struct arg_option run_options[] = {
      .offset = offsetof(struct train_args, json)},
 };
 
+/* Where the options of training find the flag that tells whether they were given. */
+#define GIVEN(name) (offsetof(struct train_args, given.name) - offsetof(struct train_args, options))
+
 static const struct arg_option network_options[] = {
+    {.name = "method",
+     .type = ARG_CHOICE,
+     .argument = "NAME",
+     .help = "faithful: the paper's network, exploration and reuse; improved: a compact network on "
+             "learnt grids, trained on scattered pixels",
+     .choices = "faithful improved",
+     .offset = offsetof(lmn_train_options, method)},
     {.name = "seed",
      .type = ARG_WHOLE,
      .argument = "N",
@@ -94,23 +104,29 @@ static const struct arg_option network_options[] = {
      .type = ARG_COUNT,
      .argument = "N",
      .help = "features per layer",
+     .fallback = "512; improved: 64",
      .min = 1,
      .max = 1024,
-     .offset = offsetof(lmn_train_options, width)},
+     .offset = offsetof(lmn_train_options, width),
+     .given = GIVEN(width)},
     {.name = "depth",
      .type = ARG_COUNT,
      .argument = "N",
-     .help = "hidden layers after the first two",
+     .help = "hidden layers after the first two; improved: hidden layers",
+     .fallback = "8; improved: 4",
      .min = 0,
      .max = 32,
-     .offset = offsetof(lmn_train_options, depth)},
+     .offset = offsetof(lmn_train_options, depth),
+     .given = GIVEN(depth)},
     {.name = "learning-rate",
      .type = ARG_NUMBER,
      .argument = "X",
      .help = "step size of Adam",
+     .fallback = "0.0001; improved: 0.005, falling",
      .min = 1e-12,
      .max = 1,
-     .offset = offsetof(lmn_train_options, learning_rate)},
+     .offset = offsetof(lmn_train_options, learning_rate),
+     .given = GIVEN(learning_rate)},
     {.name = "legacy-ssim",
      .type = ARG_FLAG,
      .help = "slide the SSIM window over the axes that the authors' code has",
@@ -201,10 +217,12 @@ static const struct arg_option reuse_options[] = {
     {.name = "memory",
      .type = ARG_COUNT,
      .argument = "MIB",
-     .help = "bound of their memory",
+     .help = "bound of their memory; improved: of the pixels that are kept",
+     .fallback = "1024; improved: 256",
      .min = 1,
      .max = 1 << 20,
-     .offset = offsetof(lmn_train_options, memory_mib)},
+     .offset = offsetof(lmn_train_options, memory_mib),
+     .given = GIVEN(memory)},
 };
 
 static const struct arg_option resolution_options[] = {
@@ -229,7 +247,7 @@ static const struct arg_option resolution_options[] = {
     {.name = "resolution-max",
      .type = ARG_COUNT,
      .argument = "N",
-     .help = "and at most",
+     .help = "and at most; improved: of the pictures that pixels are drawn from",
      .min = 4,
      .max = 16384,
      .offset = offsetof(lmn_train_options, resolution_max)},
@@ -254,10 +272,11 @@ static const struct arg_option tracing_options[] = {
      .type = ARG_COUNT,
      .argument = "N",
      .help = "samples per pixel of training patches",
-     .fallback = "the scene's",
+     .fallback = "the scene's; improved: 4",
      .min = 1,
      .max = 1 << 24,
-     .offset = offsetof(lmn_train_options, spp)},
+     .offset = offsetof(lmn_train_options, spp),
+     .given = GIVEN(spp)},
     {.name = "max-depth",
      .type = ARG_INTEGER,
      .argument = "N",
@@ -312,6 +331,47 @@ void train_args_init(void *args)
     a->eval_spp = 256;
 }
 
+static size_t size_of(enum arg_type type)
+{
+    return type == ARG_NUMBER || type == ARG_WHOLE ? 8 : 4;
+}
+
+/* All options of training that the improved method knows. */
+static bool is_improved(const char *name)
+{
+    static const char *const names[] = {"method",   "seed",           "width",     "depth",
+                                        "memory",   "learning-rate",  "spp",       "max-depth",
+                                        "rr-depth", "resolution-max", "integrator"};
+    for (size_t i = 0; i < COUNT_OF(names); i++)
+        if (strcmp(names[i], name) == 0) return true;
+    return false;
+}
+
+const char *train_args_finish(struct train_args *a)
+{
+    lmn_train_options faithful, improved;
+    lmn_train_options *o = &a->options;
+    lmn_train_options_init(&faithful);
+    if (o->method != LMN_METHOD_IMPROVED) return NULL;
+    for (size_t g = 0; g < n_train_groups; g++) {
+        if (train_groups[g].base != offsetof(struct train_args, options)) continue;
+        for (size_t i = 0; i < train_groups[g].n; i++) {
+            const struct arg_option *option = &train_groups[g].options[i];
+            const char *asked = (const char *)o + option->offset;
+            if (memcmp(asked, (const char *)&faithful + option->offset, size_of(option->type)) &&
+                !is_improved(option->name))
+                return option->name;
+        }
+    }
+    lmn_train_options_init_method(&improved, LMN_METHOD_IMPROVED);
+    if (!a->given.width) o->width = improved.width;
+    if (!a->given.depth) o->depth = improved.depth;
+    if (!a->given.learning_rate) o->learning_rate = improved.learning_rate;
+    if (!a->given.memory) o->memory_mib = improved.memory_mib;
+    if (!a->given.spp) o->spp = improved.spp;
+    return NULL;
+}
+
 static const struct {
     const char *name;
     size_t offset;
@@ -344,11 +404,6 @@ bool train_target_reached(const struct train_target *t, const lmn_metrics *m)
     double value;
     memcpy(&value, (const char *)m + t->offset, sizeof value);
     return t->is_floor ? value >= t->value : value <= t->value;
-}
-
-static size_t size_of(enum arg_type type)
-{
-    return type == ARG_NUMBER || type == ARG_WHOLE ? 8 : 4;
 }
 
 const char *train_args_conflict(const struct train_args *a, const lmn_train_options *used)

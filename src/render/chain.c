@@ -13,9 +13,7 @@ void chain_follow(struct chain *c, const struct view *v, const struct trace_sett
         struct surface s;
         struct bsdf_point bsdf;
         surface_init(&s, v, ray, hit);
-        uint32_t material = v->state.shape_bsdfs[s.shape->index];
-        const struct bsdf_place at = surface_place(&s, &v->materials[material]);
-        bsdf_point_init(&bsdf, v->materials, material, &v->textures, &at);
+        surface_bsdf(&s, v, &bsdf);
         /* The numbers of a path: light, direction, lobe, roulette. */
         sampler_skip_to(sampler, path_dimension(depth));
         sampler_next_2d(sampler);

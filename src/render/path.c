@@ -102,9 +102,7 @@ struct vec3 path_radiance(const struct view *v, const struct trace_settings *t,
         }
         if (t->max_depth >= 0 && depth + 1 >= t->max_depth) break;
         struct bsdf_point bsdf;
-        uint32_t material = v->state.shape_bsdfs[s.shape->index];
-        const struct bsdf_place at = surface_place(&s, &v->materials[material]);
-        bsdf_point_init(&bsdf, v->materials, material, &v->textures, &at);
+        surface_bsdf(&s, v, &bsdf);
         bool is_caster = photons && photon_is_caster(&bsdf);
         if (photons && !is_caster) {
             const struct photon_receiver at_s = {
@@ -147,9 +145,7 @@ void path_add_buffers(const struct view *v, const struct trace_settings *t,
     struct surface s;
     struct bsdf_point b;
     surface_init(&s, v, primary, first);
-    uint32_t material = v->state.shape_bsdfs[s.shape->index];
-    const struct bsdf_place at = surface_place(&s, &v->materials[material]);
-    bsdf_point_init(&b, v->materials, material, &v->textures, &at);
+    surface_bsdf(&s, v, &b);
     struct vec3 wo = vec3_neg(primary->d), n = s.frame.n;
     if (b.is_turned) n = frame_to_world(&s.frame, bsdf_normal(&b));
     put3(buffers + BUFFER_POSITION, s.p);

@@ -110,9 +110,7 @@ static float gather_at(const struct view *v, const struct photon_map *m,
     accel_intersect(v->top, ray, &hit);
     if (hit.shape == SCENE_NONE) return 0.0f;
     surface_init(&s, v, ray, &hit);
-    uint32_t material = v->state.shape_bsdfs[s.shape->index];
-    const struct bsdf_place at = surface_place(&s, &v->materials[material]);
-    bsdf_point_init(&b, v->materials, material, &v->textures, &at);
+    surface_bsdf(&s, v, &b);
     if (photon_is_caster(&b)) return 0.0f;
     const struct photon_receiver r = {.p = s.p, .n = s.n, .frame = s.frame, .wi = s.wi, .bsdf = &b};
     struct vec3 light = photon_map_gather(m, &r, t->max_depth - 2, NULL);

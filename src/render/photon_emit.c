@@ -115,9 +115,7 @@ static void fly(const struct view *v, const struct photon_targets *t,
         accel_intersect(v->top, &ray, &hit);
         if (hit.shape == SCENE_NONE) return;
         surface_init(&s, v, &ray, &hit);
-        uint32_t material = v->state.shape_bsdfs[s.shape->index];
-        const struct bsdf_place at = surface_place(&s, &v->materials[material]);
-        bsdf_point_init(&b, v->materials, material, &v->textures, &at);
+        surface_bsdf(&s, v, &b);
         bool is_caster = photon_is_caster(&b);
         if (!is_caster && (b.lobes & LOBE_SMOOTH)) {
             if (b.opacity < 1.0f && rng_float(u) >= b.opacity) {

@@ -8,11 +8,12 @@
 
 /*
  * Many light paths in step: all arrive, all connect to lights, all scatter. The state of the paths
- * lies in arrays, one lane per path, so that the arithmetic of most lanes (triangles, simple
- * lights, diffuse surfaces) runs in loops that compilers turn into vector code (stream_kernels.h,
- * one translation unit per instruction set); other lights and materials take their lanes one by one
- * through the functions that the plain loop calls, path_radiance(). The arithmetic is the same
- * everywhere, operation by operation, so that results do not depend on the instruction set.
+ * lies in arrays, one lane per path, so that the arithmetic of most lanes (triangles, all common
+ * lights, diffuse and rough surfaces, scenes of few primitives) runs in loops that compilers turn
+ * into vector code (stream_kernels.h and its parts, one translation unit per instruction set);
+ * other lights and materials take their lanes one by one through the functions that the plain loop
+ * calls, path_radiance(). The arithmetic is the same everywhere, operation by operation, so that
+ * results do not depend on the instruction set.
  *
  * Rays go to Embree in packets, those of later bounces too: that is a fifth faster even in scenes
  * of many triangles. A packet holds samples of one pixel only: what Embree finds can depend on a

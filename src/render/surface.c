@@ -145,3 +145,10 @@ void surface_init(struct surface *s, const struct view *v, const struct ray *r,
                                        : frame_from_normal(s->frame.n);
     s->wi = frame_to_local(&s->frame, vec3_neg(r->d));
 }
+
+void surface_bsdf(const struct surface *s, const struct view *v, struct bsdf_point *out)
+{
+    const uint32_t bsdf = v->state.shape_bsdfs[s->shape->index];
+    const struct bsdf_place at = surface_place(s, &v->materials[bsdf]);
+    bsdf_point_init(out, v->materials, bsdf, &v->textures, &at);
+}

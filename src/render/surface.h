@@ -26,6 +26,9 @@ struct surface {
 void surface_init(struct surface *s, const struct view *v, const struct ray *r,
                   const struct hit *hit);
 
+/* The material there. */
+void surface_bsdf(const struct surface *s, const struct view *v, struct bsdf_point *out);
+
 /* The same in two steps, of which streams take the second for many points at once. The first reads
  * the scene: it leaves normals at any length, both n and frame.n, and for materials that have a
  * direction dp/du in frame.s. */

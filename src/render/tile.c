@@ -10,6 +10,8 @@
 /* Flush-to-zero and denormals-are-zero. */
 enum { FAST_FLOATS = 0x8040 };
 
+_Static_assert((int)FILM_SAMPLES >= (int)STREAM_SIZE, "a stream is weighed at once");
+
 unsigned tile_begin(void)
 {
     const unsigned before = _mm_getcsr();

@@ -44,7 +44,8 @@ struct trace_settings {
     enum sampler_kind sampler;
     enum filter_kind filter;
     float filter_radius, filter_stddev;
-    bool splats; /* a sample counts in all pixels whose filter it falls under; with groups never */
+    bool splats; /* a sample counts in all pixels whose filter it falls under; with groups and chain
+                    splits never */
     uint64_t seed;
     uint32_t first_sample; /* number of the first of the spp samples: even; 0 but in passes */
     /* Buffers beside light come from its rays at few samples, too, unless it is splatted: a
@@ -110,7 +111,8 @@ struct trace_clock {
  * (with color, half_a and half_b all NULL no light path is traced: buffers only). */
 struct trace_output {
     float *color;           /* [height][width][3], mean of all samples: radiance */
-    float *half_a, *half_b; /* the same from the even and the odd samples */
+    float *half_a, *half_b; /* the same from the even and the odd samples; with splats each is
+                               weighed by itself, so that colour is near their mean, not it */
     float *buffers;         /* [height][width][BUFFER_CHANNELS] */
     float *chain; /* [height][width][CHAIN_CHANNELS], for follows_delta and buffers only */
     /* [n_groups][height][width][3], zeroed by the caller: the part of colour that comes from each

@@ -17,8 +17,9 @@ enum {
     PASSAGE_FEATURES = 4   /* closest approach 3, nearness */
 };
 
-/* Albedo below this is none: it is left to the network. */
-#define LEAST_ALBEDO 0.02f
+/* Of what has no albedo (metals, glass) or little: the scale must not jump where a pixel shows a bit
+ * of another surface. */
+#define LEAST_SCALE 0.1f
 
 /* ---- What the scene has --------------------------------------------------------------------- */
 
@@ -188,11 +189,11 @@ static struct vec3 closest(struct vec3 p, struct vec3 q)
 
 static void scale_of(const float *b, float *to)
 {
-    struct vec3 albedo = load(b, BUFFER_ALBEDO);
-    bool is_hit = b[BUFFER_DEPTH] > 0.0f, has_albedo = vec3_max(albedo) > LEAST_ALBEDO;
-    const float a[3] = {albedo.x, albedo.y, albedo.z};
-    for (int c = 0; c < 3; c++)
-        to[c] = !is_hit ? 0.0f : has_albedo ? max_float(a[c], LEAST_ALBEDO) : 1.0f;
+    const bool is_hit = b[BUFFER_DEPTH] > 0.0f;
+    for (int c = 0; c < 3; c++) {
+        float albedo = finite_or_zero(b[BUFFER_ALBEDO + c]);
+        to[c] = is_hit ? max_float(albedo, LEAST_SCALE) : 0.0f;
+    }
 }
 
 void sight_look(const struct sight *s, const struct scene_state *state, const float *buffers,

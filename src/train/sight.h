@@ -18,7 +18,7 @@
  *               and its mirror image; per frame direction and nearness; per light direction,
  *               nearness and cosine; per light and frame how closely the segment to the light
  *               passes the thing, in its frame: shadows. What is hidden gives zeros
- *   scale       albedo, where there is any
+ *   scale       albedo, but at least a tenth
  *   v           the variables, but those that only the camera follows: radiance of a surface does
  *               not depend on who looks
  */

@@ -7,7 +7,7 @@ export PATH
 help:
 	@echo 'make deps         install the Debian packages of packages.txt, when some are missing'
 	@echo 'make build        build/release/lumenaut'
-	@echo 'make demo         train the bundled scene for five minutes, then draw sheet and curves'
+	@echo 'make demo         train the bundled scene for two minutes, then draw sheet and curves'
 	@echo 'make test         tests, house rules, sanitizers; ends with one line of counts'
 	@echo 'make bench        measure tracing, training and frames on this machine'
 	@echo 'make bench-error  time to equal error beside Mitsuba 3 (after make bench; an hour)'

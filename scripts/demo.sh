@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# demo.sh: trains the bundled scene for five minutes, then draws neural | path traced | FLIP of
+# demo.sh: trains the bundled scene for two minutes, then draws neural | path traced | FLIP of
 # configurations that training never saw, and the curves of the run. Files go to build/demo.
 set -u
 cd "$(dirname "$0")/.." || exit 1
@@ -8,12 +8,10 @@ lumenaut=build/release/lumenaut
 out=build/demo
 mkdir -p "$out"
 
-echo "1/3 training scenes/demo/scene.xml for ${DEMO_TIME:=5m} -> $out/demo.lmn"
+echo "1/3 training scenes/demo/scene.xml for ${DEMO_TIME:=2m} -> $out/demo.lmn"
 rm -f "$out/demo.lmn" "$out/demo.metrics.jsonl"
-# A CPU's version of the paper's constants: 128 features instead of 512, few samples per patch, more
-# new patches (a bias of 2.2 makes Eq. 5 settle near 0.9) and larger steps of Adam.
-$lumenaut train scenes/demo/scene.xml -o "$out/demo.lmn" --seed 1 --time "$DEMO_TIME" \
-    --width 128 --spp 16 --reuse-warmup 40 --reuse-bias 2.2 --learning-rate 1e-3 || exit 1
+$lumenaut train scenes/demo/scene.xml -o "$out/demo.lmn" --method improved --seed 1 \
+    --time "$DEMO_TIME" --eval-every 30s || exit 1
 echo "2/3 comparing with path-traced pictures of unseen configurations -> $out/sheet.png"
 $lumenaut eval "$out/demo.lmn" --n 6 --size 192 --spp 256 --sheet "$out/sheet.png" || exit 1
 echo "3/3 drawing the run -> $out/progress.svg"

@@ -70,7 +70,7 @@ void learner_options_init(struct learner_options *o, const lmn_train_options *fr
                                   .depth = from->depth,
                                   .n_fresh = 64,
                                   .n_pixels = 64,
-                                  .spp = from->spp > 0 ? from->spp : 4,
+                                  .spp = from->spp > 0 ? from->spp : 16,
                                   .n_batch = 128,
                                   .memory_mib = from->memory_mib,
                                   .resolution = from->resolution_max,

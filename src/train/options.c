@@ -125,7 +125,7 @@ void options_init_method(lmn_train_options *o, uint32_t method)
     o->width = 64;
     o->depth = 4;
     o->learning_rate = 5e-3;
-    o->spp = 4;
+    o->spp = 16;
     o->memory_mib = 256;
 }
 

@@ -100,6 +100,13 @@ static void add_summary(struct str *s, const struct plot_run *run)
     str_add(s, "</text>\n");
 }
 
+static bool is_all_zero(const struct series *c)
+{
+    for (size_t i = 0; i < c->n; i++)
+        if (c->y[i] != 0) return false;
+    return true;
+}
+
 static lmn_status draw_run(struct str *s, const struct plot_run *run, double *y, struct error *err)
 {
     const struct series *c = run->curves, *seconds = &c[PLOT_SECONDS];
@@ -128,7 +135,10 @@ static lmn_status draw_run(struct str *s, const struct plot_run *run, double *y,
         fmin(run->first_step, 0), run->last_step, PANEL_LEFT, PANEL_RIGHT, false, false};
     if (run->first_step > 0.5 * run->last_step) x.low = run->first_step; /* a part of a run */
     if (!(x.high > x.low)) x.high = x.low + 1;
+    /* A method without chains and reuse has nothing to show of them. */
+    const bool explores = !is_all_zero(&c[PLOT_ACCEPTANCE]) || !is_all_zero(&c[PLOT_REUSE]);
     for (size_t i = 0; i < sizeof panels / sizeof *panels; i++) {
+        if (panels[i].curves == shares && !explores) continue;
         lmn_status status = panel_add(s, &panels[i], &x, i == 0 ? seconds : NULL, y, err);
         if (status != LMN_OK) return status;
     }

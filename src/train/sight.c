@@ -17,8 +17,8 @@ enum {
     PASSAGE_FEATURES = 4   /* closest approach 3, nearness */
 };
 
-/* Of what has no albedo (metals, glass) or little: the scale must not jump where a pixel shows a bit
- * of another surface. */
+/* Of what has no albedo (metals, glass) or little: the scale must not jump where a pixel shows a
+ * bit of another surface. */
 #define LEAST_SCALE 0.1f
 
 /* ---- What the scene has --------------------------------------------------------------------- */

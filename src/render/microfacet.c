@@ -28,11 +28,3 @@ struct vec3 microfacet_normal(const struct microfacet *f, struct vec3 wi, float 
 {
     return OF_KIND(f, facets_normal, wi, u, v);
 }
-
-struct vec3 microfacet_sample(const struct microfacet *f, struct vec3 wi, float u, float v,
-                              float *pdf)
-{
-    struct vec3 m = microfacet_normal(f, wi, u, v);
-    *pdf = microfacet_pdf(f, wi, m);
-    return m;
-}

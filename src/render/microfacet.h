@@ -28,8 +28,6 @@ float microfacet_d(const struct microfacet *f, struct vec3 m);
 float microfacet_g1(const struct microfacet *f, struct vec3 v, struct vec3 m);
 
 /* A normal visible from wi (wi.z > 0), and its density D(m) G1(wi, m) |wi.m| / wi.z. */
-struct vec3 microfacet_sample(const struct microfacet *f, struct vec3 wi, float u, float v,
-                              float *pdf);
 struct vec3 microfacet_normal(const struct microfacet *f, struct vec3 wi, float u, float v);
 float microfacet_pdf(const struct microfacet *f, struct vec3 wi, struct vec3 m);
 

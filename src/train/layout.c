@@ -41,13 +41,6 @@ void layout_get(const struct generator_config *c, uint32_t index, struct layout_
     out->size = (size_t)out->n_out * (is_bias ? 1 : out->n_in);
 }
 
-size_t layout_n_weights(const struct generator_config *c)
-{
-    struct layout_tensor last;
-    layout_get(c, layout_n_tensors(c) - 1, &last);
-    return last.at + last.size;
-}
-
 uint32_t layout_field_n_tensors(const struct field_config *c)
 {
     return c->n_grids + 2 * (c->depth + 1);

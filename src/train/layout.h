@@ -27,8 +27,6 @@ uint32_t layout_field_n_tensors(const struct field_config *c);
 void layout_field_get(const struct field_config *c, uint32_t index, struct layout_tensor *out);
 size_t layout_field_n_weights(const struct field_config *c);
 
-size_t layout_n_weights(const struct generator_config *c);
-
 /*
  * The paper's ablation "without preconditioning" (Sec. 7.3): position has no layer of its own but
  * enters with all other inputs. Done to freshly initialised weights by cutting the position layer

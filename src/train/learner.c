@@ -160,6 +160,8 @@ lmn_status learner_new(const struct workplace *place, const struct learner_optio
     TRY(adam_init(&l->layers, field_n_weights(l->field) - n_table, options->learning_rate, err));
     l->tables.beta2 = l->layers.beta2 = BETA2;
     l->tables.eps = l->layers.eps = EPSILON;
+    l->stats.memory_bytes = field_memory_size(l->field) +
+                            2 * field_n_weights(l->field) * sizeof(float); /* Adam's moments */
     TRY(take_all(l, err));
     memcpy(l->average, field_weights(l->field), field_n_weights(l->field) * sizeof(float));
     *out = l;
@@ -271,17 +273,18 @@ lmn_status learner_step(struct learner *l, struct learner_stats *stats, struct e
     field_gradient(l->field, l->runs, l->options.n_batch, l->losses, l->gradient);
     double sum = 0;
     for (uint32_t i = 0; i < l->options.n_batch; i++) sum += (double)l->losses[i];
-    if (!isfinite(sum))
+    if (!isfinite(sum)) {
+        l->memory.n_added -= l->options.n_fresh; /* the next step traces the same again */
         return fail(err, LMN_ERR_ARGUMENT,
                     "training came apart at step %llu: the loss is not a number; a lower learning "
                     "rate may help",
                     (unsigned long long)l->stats.step);
+    }
     step_weights(l);
     l->stats.step++;
     l->stats.loss = sum / l->options.n_batch;
     l->stats.n_batch = l->options.n_batch;
-    l->stats.n_configurations += l->options.n_fresh;
-    l->stats.n_pixels += (uint64_t)l->options.n_fresh * l->options.n_pixels;
+    l->stats.n_configurations = l->memory.n_added;
     l->stats.trace_s += (traced - start) / threads;
     l->stats.network_s += (clock_cpu_s() - traced) / threads;
     if (stats) *stats = l->stats;
@@ -351,8 +354,7 @@ bool learner_set_progress(struct learner *l, uint64_t step, uint64_t n_configura
 {
     l->stats.step = l->tables.t = l->layers.t = step;
     l->stats.n_configurations = l->memory.n_added = n_configurations;
-    l->stats.n_pixels = n_configurations * l->options.n_pixels;
-    return step <= n_configurations && n_configurations == step * l->options.n_fresh;
+    return n_configurations == step * l->options.n_fresh;
 }
 
 lmn_status learner_restore(struct learner *l, const char *path, struct error *err)

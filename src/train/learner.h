@@ -41,14 +41,15 @@ lmn_status learner_new(const struct workplace *place, const struct learner_optio
 void learner_free(struct learner *l);
 
 struct learner_stats {
-    uint64_t step, n_configurations, n_pixels; /* traced so far */
-    double loss;                               /* of the last batch */
-    uint32_t n_batch;                          /* configurations in it */
-    double trace_s, network_s;                 /* processor time / threads */
+    uint64_t step, n_configurations; /* traced so far */
+    double loss;                     /* of the last batch */
+    uint32_t n_batch;                /* configurations in it */
+    double trace_s, network_s;       /* processor time / threads */
     uint64_t memory_bytes;
 };
 
-/* Fails only when the loss is no longer a number. */
+/* Fails only when the loss is no longer a number; weights, memory and counters are then as they
+ * were before the step. */
 lmn_status learner_step(struct learner *l, struct learner_stats *stats, struct error *err);
 
 void learner_get_stats(const struct learner *l, struct learner_stats *stats);

@@ -26,9 +26,10 @@ struct workplace {
 };
 
 /*
- * The faithful method: the paper's network trained by Markov chains (explorer.h), the loss x
- * would-be-Adam-step target function, reuse of samples (reuse.h, replay.h) and growing resolution.
- * All memory is taken here, but for what trainer_eval() keeps.
+ * A training by one of two methods, options->method. The improved one is struct learner's
+ * (learner.h). The faithful one: the paper's network trained by Markov chains (explorer.h), the
+ * loss x would-be-Adam-step target function, reuse of samples (reuse.h, replay.h) and growing
+ * resolution. All memory is taken here, but for what trainer_eval() keeps.
  */
 lmn_status trainer_new(const struct workplace *place, const lmn_train_options *options,
                        struct trainer **out, struct error *err);

@@ -172,8 +172,36 @@ static void memory_is_bounded(void **state)
     run(l, 12);
     assert_int_equal(learner_step(l, &stats, &err), LMN_OK);
     assert_int_equal(stats.step, 13);
-    assert_int_equal(stats.n_pixels, 13 * 40 * 16);
+    assert_int_equal(stats.n_configurations, 13 * 40);
     assert_true(isfinite(stats.loss) && stats.loss > 0);
+    learner_free(l);
+}
+
+/* A step that fails can be saved after: the memory holds what the counters say. */
+static void failed_steps_change_nothing(void **state)
+{
+    struct learner *l = make();
+    struct error err = {{0}};
+    struct learner_stats before, after;
+    struct tensor a[LEARNER_TENSORS], b[LEARNER_TENSORS];
+    (void)state;
+    run(l, 3);
+    learner_get_stats(l, &before);
+    learner_tensors(l, a);
+    struct field *f = learner_network(l).field;
+    float *last = &field_weights(f)[field_n_weights(f) - 1], kept = *last;
+    *last = NAN;
+    field_weights_changed(f);
+    assert_int_equal(learner_step(l, NULL, &err), LMN_ERR_ARGUMENT);
+    assert_non_null(strstr(err.text, "came apart"));
+    learner_get_stats(l, &after);
+    learner_tensors(l, b);
+    assert_int_equal(after.step, before.step);
+    assert_int_equal(after.n_configurations, before.n_configurations);
+    for (int i = 0; i < LEARNER_TENSORS; i++) assert_int_equal(a[i].shape[0], b[i].shape[0]);
+    *last = kept;
+    field_weights_changed(f);
+    run(l, 1);
     learner_free(l);
 }
 
@@ -183,6 +211,7 @@ int main(void)
         cmocka_unit_test(learning_helps),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(memory_is_bounded),
+        cmocka_unit_test(failed_steps_change_nothing),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

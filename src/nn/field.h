@@ -45,7 +45,7 @@ struct field_config {
 
 /* Pixels of one configuration. The arrays are the caller's. */
 struct field_run {
-    uint32_t n; /* 1 or more */
+    uint32_t n;             /* 1 or more */
     const float *positions; /* [n][G][3], clamped to [0,1] */
     const float *features;  /* [n][n_features] */
     const float *scale;     /* [n][3] */

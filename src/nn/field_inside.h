@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#ifndef NN_FIELD_INSIDE_H
+#define NN_FIELD_INSIDE_H
+
+#include <math.h>
+
+#include "nn/field.h"
+#include "nn/kernels.h"
+
+/* The inside of struct field, for field.c and field_train.c. */
+
+enum {
+    N_OUT = 3,
+    MAX_DEPTH = 16,
+    MAX_GROUPS = 16, /* of runs, whose gradients are summed apart */
+    DQ_STRIDE = 16   /* floats per output in worker.dq */
+};
+
+#define LEAST_OUTPUT -10.0f
+#define MOST_OUTPUT  12.0f
+
+/* y = W x + b. The first layer has further columns for v. */
+struct layer {
+    uint32_t n_out, n_in, n_columns;
+    size_t w_at, b_at;              /* floats into the block of weights */
+    size_t forward_at, backward_at; /* floats into field.packed */
+};
+
+/* What one thread works in; see kernels.h for the layout of a tile. */
+struct worker {
+    float *e;       /* tile of the inputs */
+    float *h;       /* [depth] tiles */
+    float *y;       /* one panel */
+    float *bias;    /* [width_padded]: b1 + columns of v */
+    float *scratch; /* the kernels' own */
+
+    /* Training only. */
+    float *q;  /* one panel whose first lane is 1: the gradient of its weights is the biases' */
+    float *dq; /* [depth + 1][width_padded][DQ_STRIDE]: of the run alone */
+    float *dy; /* one panel */
+    float *dh; /* 2 tiles */
+    float *de; /* tile of what the grids gave */
+};
+
+struct field {
+    struct field_config config;
+    struct grid grid;
+    struct nn_kernels kernels;
+    struct pool *pool;
+    uint64_t memory_size;
+
+    uint32_t n_encoded, n_in; /* numbers that grids give; inputs of the first layer but v */
+    uint32_t n_layers;
+    struct layer layers[MAX_DEPTH + 1];
+    size_t n_table, n_weights, n_packed; /* n_table: of all grids */
+    float *weights, *packed;
+    float *biases; /* [n_layers][width_padded] */
+
+    uint32_t width_padded, tile_rows;
+    size_t stride;    /* floats from panel to panel of a tile */
+    size_t tile_size; /* floats of a tile of `width` features */
+    uint32_t n_workers;
+    struct worker *workers;
+
+    /* Training only. */
+    float *ones;      /* a tile of them: the inputs have no activation */
+    float *d_encoded; /* [max_pixels][n_encoded] */
+    float *gradients; /* [MAX_GROUPS][weights of layers] */
+};
+
+static inline uint32_t round_up(uint32_t n, uint32_t to)
+{
+    return (n + to - 1) / to * to;
+}
+
+/* Where a tile has it. */
+static inline size_t place(const struct field *f, uint32_t row, uint32_t feature)
+{
+    const uint32_t panel = f->kernels.panel;
+    return feature / panel * f->stride + (size_t)row * panel + feature % panel;
+}
+
+/* exp(o) within bounds. */
+static inline float output_of(float o)
+{
+    return expf(o < LEAST_OUTPUT ? LEAST_OUTPUT : o > MOST_OUTPUT ? MOST_OUTPUT : o);
+}
+
+/* The first layer's biases for a configuration: bias [width_padded]. */
+void field_fold(const struct field *f, const float *v, float *bias);
+
+/* Inputs of n pixels of a run from `first` on, into a tile; rows up to the next multiple of
+ * kernels.rows become zero. Returns that multiple. */
+uint32_t field_load(const struct field *f, const struct field_run *run, uint32_t first, uint32_t n,
+                    float *e);
+
+/* One tile forward: w->e and w->bias -> w->h, w->y. */
+void field_forward(const struct field *f, const struct worker *w, uint32_t n_rows);
+
+#endif

@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Loss and gradient of the compact network. */
+#include "nn/field_inside.h"
+
+#include <string.h>
+
+#include "base/pool.h"
+
+enum { SUM_CHUNK = 1 << 14 };
+
+#define LOSS_EPSILON 0.01f
+
+struct pass {
+    struct field *f;
+    const struct field_run *runs;
+    uint32_t n_runs, n_groups;
+    float *losses, *gradient;
+    float scale; /* of the gradient: 1 / numbers in the mean */
+};
+
+/* The loss of a tile's pixels; with `scale` its gradient by the output, in w->dy. */
+static double judge(const struct field *f, const struct worker *w, const struct field_run *run,
+                    uint32_t first, uint32_t n, uint32_t n_rows, float scale)
+{
+    double loss = 0;
+    memset(w->dy, 0, (size_t)n_rows * f->kernels.panel * sizeof *w->dy);
+    for (uint32_t r = 0; r < n; r++) {
+        const float *factor = run->scale + (size_t)(first + r) * N_OUT;
+        const float *y = run->targets + (size_t)(first + r) * N_OUT;
+        float value[N_OUT], sum = 0.0f;
+        for (uint32_t c = 0; c < N_OUT; c++) value[c] = factor[c] * output_of(w->y[place(f, r, c)]);
+        float luminance = 0.2126f * value[0] + 0.7152f * value[1] + 0.0722f * value[2];
+        float weight = 1.0f / (luminance * luminance + LOSS_EPSILON);
+        for (uint32_t c = 0; c < N_OUT; c++) {
+            float off = value[c] - y[c], o = w->y[place(f, r, c)];
+            bool passes = o > LEAST_OUTPUT && o < MOST_OUTPUT;
+            sum += off * off * weight;
+            w->dy[place(f, r, c)] = passes ? 2.0f * scale * weight * off * value[c] : 0.0f;
+        }
+        loss += (double)sum;
+    }
+    return loss;
+}
+
+/* From w->dy: adds to (or with `is_first` overwrites) the layers' weights in `gradient`, adds to
+ * (or with `is_first_tile` overwrites) w->dq; w->de. */
+static void backward(const struct field *f, const struct worker *w, uint32_t n_rows,
+                     float *gradient, bool is_first, bool is_first_tile)
+{
+    const float *dy = w->dy;
+    for (uint32_t l = f->n_layers; l-- > 0;) {
+        const struct layer *layer = &f->layers[l];
+        const float *x = l == 0 ? w->e : w->h + (l - 1) * f->tile_size;
+        struct nn_outer outer = {
+            .n_rows = n_rows,
+            .n_out = layer->n_out,
+            .n_in = layer->n_in,
+            .n_q = 1,
+            .dy = dy,
+            .x = x,
+            .q = w->q,
+            .dw = gradient + (layer->w_at - f->n_table),
+            .dq = w->dq + (size_t)l * f->width_padded * DQ_STRIDE,
+            .ld_w = layer->n_columns,
+            .ld_q = DQ_STRIDE,
+            .stride = f->stride,
+            .add_w = !is_first,
+            .add_q = !is_first_tile,
+            .scratch = w->scratch,
+        };
+        f->kernels.outer(&outer);
+        if (l == 0 && f->n_encoded == 0) return;
+        struct nn_backward back = {
+            .n_rows = n_rows,
+            .n_out = layer->n_out,
+            .n_in = l == 0 ? f->n_encoded : layer->n_in,
+            .dy = dy,
+            .w = f->packed + layer->backward_at,
+            .h = l == 0 ? f->ones : x,
+            .dh = l == 0 ? w->de : w->dh + l % 2 * f->tile_size,
+            .stride = f->stride,
+            .scratch = w->scratch,
+        };
+        f->kernels.backward(&back);
+        dy = back.dh;
+    }
+}
+
+/* Biases and the columns of v, from w->dq of a run. */
+static void backward_rest(const struct field *f, const struct worker *w, const float *v,
+                          float *gradient, bool is_first)
+{
+    for (uint32_t l = 0; l < f->n_layers; l++) {
+        const struct layer *layer = &f->layers[l];
+        const float *dq = w->dq + (size_t)l * f->width_padded * DQ_STRIDE;
+        float *b = gradient + (layer->b_at - f->n_table);
+        for (uint32_t o = 0; o < layer->n_out; o++) {
+            const float d = dq[(size_t)o * DQ_STRIDE];
+            float *row = gradient + (layer->w_at - f->n_table) + (size_t)o * layer->n_columns;
+            b[o] = is_first ? d : b[o] + d;
+            for (uint32_t k = layer->n_in; k < layer->n_columns; k++)
+                row[k] = (is_first ? 0.0f : row[k]) + d * v[k - layer->n_in];
+        }
+    }
+}
+
+/* `encoded`: the run's part of d_encoded. */
+static void pass_run(const struct pass *p, uint32_t index, const struct worker *w, float *encoded,
+                     float *gradient, bool is_first)
+{
+    const struct field *f = p->f;
+    const struct field_run *run = &p->runs[index];
+    double loss = 0;
+    field_fold(f, run->v, w->bias);
+    for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
+        const uint32_t n = run->n - first < f->tile_rows ? run->n - first : f->tile_rows;
+        const uint32_t n_rows = field_load(f, run, first, n, w->e);
+        field_forward(f, w, n_rows);
+        loss += judge(f, w, run, first, n, n_rows, p->scale);
+        if (!gradient) continue;
+        for (uint32_t r = 0; r < n_rows; r++) w->q[(size_t)r * f->kernels.panel] = r < n;
+        backward(f, w, n_rows, gradient, is_first && first == 0, first == 0);
+        for (uint32_t r = 0; r < n; r++)
+            for (uint32_t k = 0; k < f->n_encoded; k++)
+                encoded[(size_t)(first + r) * f->n_encoded + k] = w->de[place(f, r, k)];
+    }
+    p->losses[index] = (float)(loss / (N_OUT * (double)run->n));
+    if (gradient) backward_rest(f, w, run->v, gradient, is_first);
+}
+
+static void run_loss(void *ctx, uint32_t item, uint32_t worker)
+{
+    const struct pass *p = ctx;
+    pass_run(p, item, &p->f->workers[worker], NULL, NULL, true);
+}
+
+static void run_group(void *ctx, uint32_t item, uint32_t worker)
+{
+    const struct pass *p = ctx;
+    struct field *f = p->f;
+    const uint64_t n = p->n_runs;
+    uint32_t begin = (uint32_t)(item * n / p->n_groups);
+    uint32_t end = (uint32_t)((item + 1) * n / p->n_groups);
+    size_t pixel = 0;
+    for (uint32_t i = 0; i < begin; i++) pixel += p->runs[i].n;
+    for (uint32_t i = begin; i < end; pixel += p->runs[i++].n)
+        pass_run(p, i, &f->workers[worker], f->d_encoded + pixel * f->n_encoded,
+                 f->gradients + item * (f->n_weights - f->n_table), i == begin);
+}
+
+/* The gradient of one level of one grid: all pixels, in order. */
+static void run_level(void *ctx, uint32_t item, uint32_t worker)
+{
+    const struct pass *p = ctx;
+    const struct field *f = p->f;
+    const struct grid *grid = &f->grid;
+    const uint32_t g = item / grid->n_levels, level = item % grid->n_levels;
+    const float *d = f->d_encoded + (size_t)item * GRID_FEATURES;
+    float *gradient = p->gradient + g * grid->at[grid->n_levels] + grid->at[level];
+    (void)worker;
+    memset(gradient, 0, (grid->at[level + 1] - grid->at[level]) * sizeof *gradient);
+    for (uint32_t i = 0; i < p->n_runs; i++) {
+        const struct field_run *run = &p->runs[i];
+        for (uint32_t r = 0; r < run->n; r++, d += f->n_encoded) {
+            const float *at = run->positions + ((size_t)r * f->config.n_grids + g) * 3;
+            grid_encode_back(grid, level, at, d, gradient);
+        }
+    }
+}
+
+/* The layers' gradient: the sum of the groups', in order. */
+static void sum_chunk(void *ctx, uint32_t item, uint32_t worker)
+{
+    const struct pass *p = ctx;
+    const struct field *f = p->f;
+    const size_t n_layers = f->n_weights - f->n_table, first = (size_t)item * SUM_CHUNK;
+    const size_t n = n_layers - first < SUM_CHUNK ? n_layers - first : SUM_CHUNK;
+    float *restrict sum = p->gradient + f->n_table + first;
+    (void)worker;
+    memset(sum, 0, n * sizeof *sum);
+    for (uint32_t group = 0; group < p->n_groups; group++) {
+        const float *restrict part = f->gradients + group * n_layers + first;
+        for (size_t i = 0; i < n; i++) sum[i] += part[i];
+    }
+}
+
+void field_gradient(struct field *f, const struct field_run *runs, uint32_t n_runs, float *losses,
+                    float *gradient)
+{
+    size_t n_pixels = 0;
+    for (uint32_t i = 0; i < n_runs; i++) n_pixels += runs[i].n;
+    struct pass p = {
+        .f = f,
+        .runs = runs,
+        .n_runs = n_runs,
+        .n_groups = n_runs < MAX_GROUPS ? n_runs : MAX_GROUPS,
+        .losses = losses,
+        .gradient = gradient,
+        .scale = n_pixels > 0 ? 1.0f / (N_OUT * (float)n_pixels) : 0.0f,
+    };
+    if (!gradient) {
+        pool_run(f->pool, n_runs, run_loss, &p);
+        return;
+    }
+    const size_t n_layers = f->n_weights - f->n_table;
+    pool_run(f->pool, p.n_groups, run_group, &p);
+    pool_run(f->pool, f->config.n_grids * f->grid.n_levels, run_level, &p);
+    pool_run(f->pool, (uint32_t)((n_layers + SUM_CHUNK - 1) / SUM_CHUNK), sum_chunk, &p);
+}

@@ -20,8 +20,6 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-static struct tiny tiny;
-
 /* A checkpoint after 12 steps, at tiny_path("good.lmn"), and its bytes. */
 static char *good;
 static size_t good_size, header_size;

@@ -19,22 +19,6 @@
 
 enum { WIDTH = 30, HEIGHT = 20, N = WIDTH * HEIGHT * 3, TESTS = 4 };
 
-static struct tiny tiny;
-
-static int setup(void **state)
-{
-    (void)state;
-    tiny_init(&tiny, 2);
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    tiny_release(&tiny);
-    return 0;
-}
-
 static struct learner_options defaults(void)
 {
     lmn_train_options from;
@@ -213,5 +197,5 @@ int main(void)
         cmocka_unit_test(memory_is_bounded),
         cmocka_unit_test(failed_steps_change_nothing),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, tiny_setup, tiny_teardown);
 }

@@ -18,20 +18,21 @@
 /* The variables of the tiny scene. */
 enum { ALPHA, BALL, IS_THERE, N_VARIABLES };
 
-static struct tiny tiny;
+static struct sight sight;
+static struct view *view;
 
 static int setup(void **state)
 {
-    (void)state;
-    tiny_init(&tiny, 1);
-    return 0;
+    struct error err = {{0}};
+    tiny_setup(state);
+    return sight_init(&sight, tiny.scene, &err) || view_new(tiny.place.world, &view, &err);
 }
 
 static int teardown(void **state)
 {
-    (void)state;
-    tiny_release(&tiny);
-    return 0;
+    view_free(view);
+    sight_release(&sight);
+    return tiny_teardown(state);
 }
 
 /* A point of the picture as the network sees it. */
@@ -39,21 +40,13 @@ struct seen {
     float positions[1 + SIGHT_FRAMES][3], features[128], scale[3];
 };
 
-static struct seen look(const struct sight *s, struct view *view, const float *u,
-                        const float *buffers)
+static struct seen look(const float *u, const float *buffers)
 {
     struct seen seen = {0};
-    assert_true(s->n_features <= 128);
+    assert_true(sight.n_features <= 128);
     view_set(view, u);
-    sight_look(s, view_state(view), buffers, 1, seen.positions[0], seen.features, seen.scale);
+    sight_look(&sight, view_state(view), buffers, 1, seen.positions[0], seen.features, seen.scale);
     return seen;
-}
-
-static void make(struct sight *s, struct view **view)
-{
-    struct error err = {{0}};
-    if (sight_init(s, tiny.scene, &err) != LMN_OK || view_new(tiny.place.world, view, &err))
-        fail_msg("%s", err.text);
 }
 
 /* A diffuse point at p. */
@@ -70,80 +63,65 @@ static void set_point(float *buffers, float x, float y, float z)
 
 static void frames_follow_their_things(void **state)
 {
-    struct sight s;
-    struct view *view;
     float buffers[BUFFER_CHANNELS], u[N_VARIABLES] = {0.5f, 0.25f, 0.9f};
     (void)state;
-    make(&s, &view);
-    assert_int_equal(s.n_frames, 1);
-    assert_int_equal(s.n_lights, 1);
-    assert_int_equal(s.n_variables, N_VARIABLES);
+    assert_int_equal(sight.n_frames, 1);
+    assert_int_equal(sight.n_lights, 1);
+    assert_int_equal(sight.n_variables, N_VARIABLES);
     set_point(buffers, 0.0f, 0.1f, 0.2f);
-    struct seen before = look(&s, view, u, buffers);
+    struct seen before = look(u, buffers);
     /* The ball goes to the right, and the point with it. */
     u[BALL] = 0.75f;
     set_point(buffers, 0.7f, 0.1f, 0.2f);
-    struct seen after = look(&s, view, u, buffers);
+    struct seen after = look(u, buffers);
     for (int c = 0; c < 3; c++) {
         assert_true(fabsf(before.positions[1][c] - after.positions[1][c]) < 1e-5f);
         assert_true(before.positions[1][c] > 0.0f && before.positions[1][c] < 1.0f);
     }
     assert_true(fabsf(before.positions[0][0] - after.positions[0][0]) > 0.1f);
-    view_free(view);
-    sight_release(&s);
 }
 
 static void hidden_things_give_zeros(void **state)
 {
-    struct sight s;
-    struct view *view;
     float buffers[BUFFER_CHANNELS], u[N_VARIABLES] = {0.5f, 0.25f, 0.9f};
     (void)state;
-    make(&s, &view);
     set_point(buffers, 0.3f, 0.1f, 0.2f);
-    struct seen there = look(&s, view, u, buffers);
+    struct seen there = look(u, buffers);
     u[IS_THERE] = 0.1f;
-    struct seen gone = look(&s, view, u, buffers);
+    struct seen gone = look(u, buffers);
     uint32_t n_zeros = 0, n_were = 0;
-    for (uint32_t i = 0; i < s.n_features; i++) {
+    for (uint32_t i = 0; i < sight.n_features; i++) {
         n_zeros += gone.features[i] == 0.0f;
         n_were += there.features[i] == 0.0f;
     }
     assert_true(n_zeros >= n_were + 6);
     for (int c = 0; c < 3; c++) assert_true(gone.positions[1][c] == 0.5f);
-    view_free(view);
-    sight_release(&s);
 }
 
 /* Only glossy surfaces look different from elsewhere; scale is albedo, but not below what it can
  * be told by; broken numbers do no harm. */
 static void surfaces_are_told_apart(void **state)
 {
-    struct sight s;
-    struct view *view;
     float buffers[BUFFER_CHANNELS], u[N_VARIABLES] = {0.5f, 0.25f, 0.9f};
     (void)state;
-    make(&s, &view);
     set_point(buffers, 0.3f, 0.1f, 0.2f);
-    struct seen a = look(&s, view, u, buffers);
+    struct seen a = look(u, buffers);
     buffers[BUFFER_WO] = 0.6f;
-    struct seen b = look(&s, view, u, buffers);
+    struct seen b = look(u, buffers);
     assert_memory_equal(a.features, b.features, sizeof a.features);
     assert_true(a.scale[0] == 0.5f && a.scale[1] == 0.25f);
     assert_true(a.scale[2] > 0.0f && a.scale[2] < 0.25f);
     buffers[BUFFER_WI] = buffers[BUFFER_WI + 2] = 0.5f;
-    struct seen glossy = look(&s, view, u, buffers);
+    struct seen glossy = look(u, buffers);
     assert_memory_not_equal(a.features, glossy.features, sizeof a.features);
 
     for (int i = 0; i < BUFFER_CHANNELS; i++) buffers[i] = i % 2 ? NAN : INFINITY;
-    struct seen broken = look(&s, view, u, buffers);
-    for (uint32_t i = 0; i < s.n_features; i++) assert_true(isfinite(broken.features[i]));
+    struct seen broken = look(u, buffers);
+    for (uint32_t i = 0; i < sight.n_features; i++) assert_true(isfinite(broken.features[i]));
     for (int c = 0; c < 3; c++) assert_true(isfinite(broken.scale[c]));
     memset(buffers, 0, sizeof buffers);
-    struct seen nothing = look(&s, view, u, buffers);
+    struct seen nothing = look(u, buffers);
     for (int c = 0; c < 3; c++) assert_true(nothing.scale[c] == 0.0f);
-    view_free(view);
-    sight_release(&s);
 }
 
 int main(void)

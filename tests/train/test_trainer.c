@@ -16,22 +16,6 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-static struct tiny tiny;
-
-static int setup(void **state)
-{
-    (void)state;
-    tiny_init(&tiny, 2);
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    tiny_release(&tiny);
-    return 0;
-}
-
 static struct trainer *make(const lmn_train_options *o)
 {
     struct error err = {0};
@@ -363,5 +347,5 @@ int main(void)
         cmocka_unit_test(memory_is_reported),
         cmocka_unit_test(bad_options_are_refused),
     };
-    return cmocka_run_group_tests_name("trainer", tests, setup, teardown);
+    return cmocka_run_group_tests_name("trainer", tests, tiny_setup, tiny_teardown);
 }

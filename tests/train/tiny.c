@@ -91,6 +91,22 @@ void tiny_init(struct tiny *t, uint32_t n_threads)
     tiny_set_threads(t, n_threads);
 }
 
+struct tiny tiny;
+
+int tiny_setup(void **state)
+{
+    (void)state;
+    tiny_init(&tiny, 2);
+    return 0;
+}
+
+int tiny_teardown(void **state)
+{
+    (void)state;
+    tiny_release(&tiny);
+    return 0;
+}
+
 void tiny_set_threads(struct tiny *t, uint32_t n_threads)
 {
     pool_free(t->pool);

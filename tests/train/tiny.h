@@ -22,6 +22,11 @@ struct tiny {
 void tiny_init(struct tiny *t, uint32_t n_threads);
 void tiny_release(struct tiny *t); /* removes the folder and what is in it */
 
+/* One for all tests of a program, with two threads: setup and teardown of the group. */
+extern struct tiny tiny;
+int tiny_setup(void **state);
+int tiny_teardown(void **state);
+
 void tiny_set_threads(struct tiny *t, uint32_t n_threads);
 
 /* A path in the folder; valid until four more calls. */

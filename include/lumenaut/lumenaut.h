@@ -256,9 +256,11 @@ enum {
 };
 
 enum {
-    LMN_EXPLORE_ACTIVE = 0,   /* Markov chains by loss x norm of the would-be Adam step */
+    LMN_EXPLORE_ACTIVE = 0,   /* Markov chains by loss x norm of the would-be Adam step; improved:
+                                 its own way */
     LMN_EXPLORE_UNIFORM = 1,  /* the paper's baseline: large steps only, all accepted */
-    LMN_EXPLORE_LOSS_ONLY = 2 /* the paper's ablation: target function without the Adam step */
+    LMN_EXPLORE_LOSS_ONLY = 2 /* the paper's ablation: target function without the Adam step; not
+                                 of the improved method */
 };
 
 enum {
@@ -269,8 +271,8 @@ enum {
 
 /* Fill with lmn_train_options_init(), which gives the paper's values, or for the improved method
  * with lmn_train_options_init_method(), then change what you need. The improved method takes seed,
- * width, depth, learning_rate, memory_mib, resolution_max (of the pictures that pixels are drawn
- * from), spp, max_depth, rr_depth and integrator. */
+ * width, depth, learning_rate, explore, memory_mib, resolution_max (of the pictures that pixels are
+ * drawn from), spp, max_depth, rr_depth and integrator. */
 typedef struct lmn_train_options {
     uint32_t struct_size;
     uint64_t seed;

@@ -74,6 +74,7 @@ void learner_options_init(struct learner_options *o, const lmn_train_options *fr
                                   .n_batch = 128,
                                   .memory_mib = from->memory_mib,
                                   .resolution = from->resolution_max,
+                                  .explores = from->explore == LMN_EXPLORE_ACTIVE,
                                   .learning_rate = from->learning_rate,
                                   .warm_steps = 1000,
                                   .average = 200};

@@ -22,6 +22,7 @@ struct learner_options {
     uint32_t n_batch;      /* configurations per step to train on */
     uint32_t memory_mib;   /* bound of the memory of pixels */
     uint32_t resolution;   /* of the pictures that pixels are drawn from, longer side */
+    bool explores;         /* false: new configurations are uniform draws */
     double learning_rate;  /* of layers; tables learn TABLE_RATE times as fast */
     double warm_steps;     /* the rate falls as 1 / sqrt(1 + step / warm_steps) */
     double average;        /* weights shown are an exponential average with this memory */

@@ -141,6 +141,11 @@ static lmn_status check_improved(const lmn_train_options *o, struct error *err)
                     "training options width = %u, depth = %u: the improved method takes widths up "
                     "to 512 and depths of 1 to 16",
                     o->width, o->depth);
+    if (o->explore == LMN_EXPLORE_LOSS_ONLY)
+        return fail(err, LMN_ERR_ARGUMENT,
+                    "training option explore = %u: the improved method has no chains whose target "
+                    "could be the loss alone",
+                    o->explore);
     return LMN_OK;
 }
 

@@ -339,9 +339,9 @@ static size_t size_of(enum arg_type type)
 /* All options of training that the improved method knows. */
 static bool is_improved(const char *name)
 {
-    static const char *const names[] = {"method",   "seed",           "width",     "depth",
-                                        "memory",   "learning-rate",  "spp",       "max-depth",
-                                        "rr-depth", "resolution-max", "integrator"};
+    static const char *const names[] = {"method",   "seed",           "width",      "depth",
+                                        "memory",   "learning-rate",  "spp",        "max-depth",
+                                        "rr-depth", "resolution-max", "integrator", "explore"};
     for (size_t i = 0; i < COUNT_OF(names); i++)
         if (strcmp(names[i], name) == 0) return true;
     return false;

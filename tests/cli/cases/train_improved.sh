@@ -17,6 +17,11 @@ train -o killed.lmn --resume --steps $end
 train $small -o whole.lmn --steps $end
 cmp killed.lmn whole.lmn
 
+# what was told of exploration is kept, and may not change
+train $small -o uniform.lmn --steps 3 --explore uniform --json | json 'd["steps"] == 3'
+train -o uniform.lmn --steps 4 --resume --explore uniform
+code 2 train -o uniform.lmn --steps 5 --resume --explore loss-only 2>&1
+
 "$lumenaut" render one.lmn -q -o a.pfm --size 24x16
 "$lumenaut" render one.lmn -q -o b.pfm --size 24x16 -t 1
 cmp a.pfm b.pfm
@@ -26,6 +31,7 @@ cmp a.pfm b.pfm
 code 2 train --method improved -o x.lmn --steps 1 --chains 3 2>&1
 code 2 train --method improved -o x.lmn --steps 1 --depth 0 2>&1
 code 2 train --method improved -o x.lmn --steps 1 --integrator auto 2>&1
+code 2 train --method improved -o x.lmn --steps 1 --explore loss-only 2>&1
 [ ! -e x.lmn ]
 /usr/bin/python3 - <<'END'
 import re

@@ -316,6 +316,15 @@ LMN_API void lmn_train_options_init(lmn_train_options *options);
 /* The defaults of LMN_METHOD_*. */
 LMN_API void lmn_train_options_init_method(lmn_train_options *options, uint32_t method);
 
+/* "spp=4": sets an option by its name, with did-you-mean; flags and choices are numbers. */
+LMN_API lmn_status lmn_train_options_set(lmn_context *context, lmn_train_options *options,
+                                         const char *assignment);
+
+/* The options, checked, as one JSON object: what models carry as config_json. *json belongs to the
+ * context until its next call that gives JSON. */
+LMN_API lmn_status lmn_train_options_json(lmn_context *context, const lmn_train_options *options,
+                                          const char **json);
+
 /* The scene must stay alive as long as the trainer. All memory is taken here. */
 LMN_API lmn_status lmn_trainer_new(lmn_context *context, const lmn_scene *scene,
                                    const lmn_train_options *options, lmn_trainer **out);
@@ -356,6 +365,21 @@ LMN_API lmn_status lmn_trainer_save(lmn_trainer *trainer, const char *path);
 LMN_API lmn_status lmn_trainer_eval(lmn_trainer *trainer, uint32_t n, uint32_t resolution,
                                     uint32_t spp, uint64_t seed, lmn_metrics *out);
 
+typedef struct lmn_render_options {
+    uint32_t struct_size;
+    uint32_t width, height;
+    uint32_t crop_x, crop_y, crop_width, crop_height;
+    uint32_t buffer_spp; /* samples of the buffers that the network sees; 0: 16 */
+    uint32_t buffers;    /* 1: append them to the image */
+    uint64_t seed;
+} lmn_render_options;
+
+/* Renders one configuration by the network as it is now; as lmn_model_render(), and not counted as
+ * training. */
+LMN_API lmn_status lmn_trainer_render(lmn_trainer *trainer, const double *values,
+                                      const lmn_render_options *options, lmn_image **out,
+                                      double *render_s);
+
 /* The JSON text of one line of metrics.jsonl: before this trainer's first step the line that
  * describes the run, then the step just made. Valid until the next call; NULL when memory is
  * short. */
@@ -382,15 +406,6 @@ typedef struct lmn_model_info {
 
 LMN_API lmn_status lmn_model_read_info(lmn_context *context, const char *path, lmn_model_info *out);
 LMN_API void lmn_model_info_free(lmn_model_info *info);
-
-typedef struct lmn_render_options {
-    uint32_t struct_size;
-    uint32_t width, height;
-    uint32_t crop_x, crop_y, crop_width, crop_height;
-    uint32_t buffer_spp; /* samples of the buffers that the network sees; 0: 16 */
-    uint32_t buffers;    /* 1: append them to the image */
-    uint64_t seed;
-} lmn_render_options;
 
 /* Renders one configuration by the network. values as in lmn_scene_trace(). */
 LMN_API lmn_status lmn_model_render(lmn_context *context, const lmn_model *model,

@@ -68,27 +68,37 @@ void lmn_model_info_free(lmn_model_info *info)
     if (info) checkpoint_info_release(info);
 }
 
+lmn_status scene_render_options(const lmn_scene *scene, const double *values,
+                                const lmn_render_options *options, struct model_render_options *out,
+                                struct error *err)
+{
+    lmn_status status = LMN_OK;
+    lmn_render_options o;
+    TRY(options_copy("lmn_render_options", options, &o, sizeof o, err));
+    *out = (struct model_render_options){
+        .buffer_spp = o.buffer_spp, .seed = o.seed, .with_buffers = o.buffers != 0};
+    TRY(scene_window(scene, (uint32_t[2]){o.width, o.height},
+                     (uint32_t[4]){o.crop_x, o.crop_y, o.crop_width, o.crop_height}, &out->window,
+                     err));
+    TRY(scene_units(scene, values, scene->cache->u, err));
+done:
+    return status;
+}
+
 lmn_status lmn_model_render(lmn_context *context, const lmn_model *model, const double *values,
                             const lmn_render_options *options, lmn_image **out, double *render_s)
 {
     lmn_status status = LMN_OK;
     struct error *err = context_begin(context);
-    lmn_render_options o;
-    struct model_render_options render = {0};
+    struct model_render_options render;
     struct image image = {0};
-    float *u = model->scene->cache->u;
+    const float *u = model->scene->cache->u;
     *out = NULL;
-    TRY(options_copy("lmn_render_options", options, &o, sizeof o, err));
-    TRY(scene_window(model->scene, (uint32_t[2]){o.width, o.height},
-                     (uint32_t[4]){o.crop_x, o.crop_y, o.crop_width, o.crop_height}, &render.window,
-                     err));
-    TRY(scene_units(model->scene, values, u, err));
-    render.buffer_spp = o.buffer_spp;
-    render.seed = o.seed;
-    render.with_buffers = o.buffers != 0;
+    TRY(scene_render_options(model->scene, values, options, &render, err));
     TRY(model_render(model->model, u, &render, &image, render_s, context->progress,
                      context->progress_user, err));
-    TRY(describe_image(&image, model->scene, u, o.seed, o.buffer_spp ? o.buffer_spp : 16, err));
+    TRY(describe_image(&image, model->scene, u, render.seed,
+                       render.buffer_spp ? render.buffer_spp : 16, err));
     TRY(image_handle(&image, out, err));
 done:
     image_release(&image);

@@ -5,11 +5,13 @@
 #include <string.h>
 
 #include "base/mem.h"
+#include "train/model.h"
 #include "train/options.h"
 #include "train/trainer.h"
 
 struct lmn_trainer {
     lmn_context *context;
+    const lmn_scene *scene;
     struct trainer *trainer;
 };
 
@@ -41,10 +43,47 @@ done:
     return status;
 }
 
-static lmn_trainer *trainer_handle(lmn_context *context)
+lmn_status lmn_train_options_set(lmn_context *context, lmn_train_options *options,
+                                 const char *assignment)
+{
+    lmn_status status = LMN_OK;
+    struct error *err = context_begin(context);
+    lmn_train_options o;
+    TRY(read_options(options, &o, err));
+    TRY(options_assign(&o, assignment, err));
+    o.struct_size = options->struct_size;
+    memcpy(options, &o, o.struct_size < sizeof o ? o.struct_size : sizeof o);
+done:
+    return status;
+}
+
+lmn_status lmn_train_options_json(lmn_context *context, const lmn_train_options *options,
+                                  const char **json)
+{
+    lmn_status status = LMN_OK;
+    struct error *err = context_begin(context);
+    lmn_train_options o;
+    struct json j = {.out = &context->json};
+    *json = NULL;
+    TRY(read_options(options, &o, err));
+    TRY(options_check(&o, err));
+    str_release(&context->json);
+    json_begin_object(&j, NULL);
+    options_write(&o, &j);
+    json_end(&j);
+    if (context->json.failed) status = fail_memory(err, "the training options");
+    if (status == LMN_OK) *json = context->json.text;
+done:
+    return status;
+}
+
+static lmn_trainer *trainer_handle(lmn_context *context, const lmn_scene *scene)
 {
     lmn_trainer *t = mem_new(1, sizeof *t);
-    if (t) t->context = context;
+    if (t) {
+        t->context = context;
+        t->scene = scene;
+    }
     return t;
 }
 
@@ -59,7 +98,7 @@ lmn_status lmn_trainer_new(lmn_context *context, const lmn_scene *scene,
     *out = NULL;
     TRY(read_options(options, &o, err));
     TRY(scene_workplace(context, scene, &place, err));
-    t = trainer_handle(context);
+    t = trainer_handle(context, scene);
     if (!t) {
         status = fail_memory(err, "the trainer");
         goto done;
@@ -81,7 +120,7 @@ lmn_status lmn_trainer_resume(lmn_context *context, const lmn_scene *scene, cons
     lmn_trainer *t = NULL;
     *out = NULL;
     TRY(scene_workplace(context, scene, &place, err));
-    t = trainer_handle(context);
+    t = trainer_handle(context, scene);
     if (!t) {
         status = fail_memory(err, "the trainer");
         goto done;
@@ -130,6 +169,27 @@ lmn_status lmn_trainer_eval(lmn_trainer *trainer, uint32_t n, uint32_t resolutio
         .struct_size = sizeof options, .n = n, .resolution = resolution, .spp = spp, .seed = seed};
     return trainer_eval(trainer->trainer, &options, context->progress, context->progress_user, out,
                         context_begin(context));
+}
+
+lmn_status lmn_trainer_render(lmn_trainer *trainer, const double *values,
+                              const lmn_render_options *options, lmn_image **out, double *render_s)
+{
+    lmn_status status = LMN_OK;
+    lmn_context *context = trainer->context;
+    struct error *err = context_begin(context);
+    struct model_render_options render;
+    struct image image = {0};
+    const float *u = trainer->scene->cache->u;
+    *out = NULL;
+    TRY(scene_render_options(trainer->scene, values, options, &render, err));
+    TRY(trainer_render(trainer->trainer, u, &render, &image, render_s, context->progress,
+                       context->progress_user, err));
+    TRY(describe_image(&image, trainer->scene, u, render.seed,
+                       render.buffer_spp ? render.buffer_spp : 16, err));
+    TRY(image_handle(&image, out, err));
+done:
+    image_release(&image);
+    return status;
 }
 
 const char *lmn_trainer_metrics_line(lmn_trainer *trainer)

@@ -72,6 +72,12 @@ lmn_status scene_workplace(lmn_context *context, const lmn_scene *scene, struct 
 /* Scene units to u [n_variables] with range checks; values NULL: the defaults. */
 lmn_status scene_units(const lmn_scene *scene, const double *values, float *u, struct error *err);
 
+/* What to render of a configuration by a network; its values go to the scene's u. */
+struct model_render_options;
+lmn_status scene_render_options(const lmn_scene *scene, const double *values,
+                                const lmn_render_options *options, struct model_render_options *out,
+                                struct error *err);
+
 /* The window that size and crop name; zeros: the scene's size, everything. */
 struct window;
 lmn_status scene_window(const lmn_scene *scene, const uint32_t size[2], const uint32_t crop[4],

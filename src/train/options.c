@@ -3,6 +3,7 @@
 
 #include <jansson.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum field_type { FIELD_U32, FIELD_U64, FIELD_I32, FIELD_DOUBLE };
@@ -171,6 +172,36 @@ lmn_status options_check(const lmn_train_options *o, struct error *err)
                     "training option resolution_start = %u is above resolution_max = %u",
                     o->resolution_start, o->resolution_max);
     return LMN_OK;
+}
+
+lmn_status options_assign(lmn_train_options *o, const char *assignment, struct error *err)
+{
+    const char *names[N_FIELDS], *equals = strchr(assignment, '=');
+    char name[48] = "", *end = NULL;
+    if (!equals || equals[1] == '\0')
+        return fail(err, LMN_ERR_ARGUMENT, "\"%.200s\": expected OPTION=NUMBER, as spp=4",
+                    assignment);
+    const size_t n = (size_t)(equals - assignment);
+    if (n < sizeof name) memcpy(name, assignment, n); /* longer ones are unknown in any case */
+    for (size_t i = 0; i < N_FIELDS; i++) {
+        const struct field *f = &fields[i];
+        names[i] = f->name;
+        if (strcmp(f->name, name) != 0) continue;
+        const double value = strtod(equals + 1, &end);
+        const bool is_seed = f->type == FIELD_U64;
+        const bool is_whole = f->type == FIELD_DOUBLE || value == floor(value);
+        const double max = is_seed ? 9e15 : f->max; /* what a double holds exactly */
+        if (*end != '\0' || !is_whole || !(value >= f->min && value <= max))
+            return fail(err, LMN_ERR_ARGUMENT,
+                        "training option %s = \"%.100s\" is no %snumber between %g and %g", name,
+                        equals + 1, f->type == FIELD_DOUBLE ? "" : "whole ", f->min, max);
+        set(o, f, value);
+        return LMN_OK;
+    }
+    const char *closest = name[0] ? str_closest(name, names, N_FIELDS) : NULL;
+    return fail(err, LMN_ERR_ARGUMENT, "unknown training option \"%.*s\"%s%s%s",
+                n < 100 ? (int)n : 100, assignment, closest ? "; did you mean \"" : "",
+                closest ? closest : "", closest ? "\"?" : "");
 }
 
 void options_write(const lmn_train_options *o, struct json *j)

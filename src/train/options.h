@@ -15,6 +15,10 @@ void options_init(lmn_train_options *o);
 /* The defaults of a method, LMN_METHOD_*. */
 void options_init_method(lmn_train_options *o, uint32_t method);
 
+/* "spp=4": a field by its name, as options_write() calls it; the message says what is wrong. What
+ * goes together is left to options_check(). */
+lmn_status options_assign(lmn_train_options *o, const char *assignment, struct error *err);
+
 /* Every value within its range, and values that go together; the message names the option. */
 lmn_status options_check(const lmn_train_options *o, struct error *err);
 

@@ -119,19 +119,37 @@ static bool same_test(const lmn_eval_options *a, const lmn_eval_options *b)
     return a->n == b->n && a->resolution == b->resolution && a->spp == b->spp && a->seed == b->seed;
 }
 
+static lmn_status make_painter(struct trainer *t, struct error *err)
+{
+    if (t->has_painter) return LMN_OK;
+    const struct painter_network network = t->learner ? learner_network(t->learner)
+                                                      : (struct painter_network){
+                                                            .generator = t->generator};
+    const lmn_status status = painter_init(&t->painter, &t->place, &network, err);
+    t->has_painter = status == LMN_OK;
+    return status;
+}
+
+lmn_status trainer_render(struct trainer *t, const float *u,
+                          const struct model_render_options *options, struct image *out,
+                          double *render_s, lmn_progress_fn *progress, void *progress_user,
+                          struct error *err)
+{
+    lmn_status status = make_painter(t, err);
+    if (status != LMN_OK) return status;
+    if (t->learner) learner_show_average(t->learner, true);
+    status = painter_render(&t->painter, u, options, out, render_s, progress, progress_user, err);
+    if (t->learner) learner_show_average(t->learner, false);
+    return status;
+}
+
 lmn_status trainer_eval(struct trainer *t, const lmn_eval_options *options,
                         lmn_progress_fn *progress, void *progress_user, lmn_metrics *out,
                         struct error *err)
 {
     lmn_status status = LMN_OK;
     lmn_eval_result result;
-    if (!t->has_painter) {
-        const struct painter_network network = t->learner ? learner_network(t->learner)
-                                                          : (struct painter_network){
-                                                                .generator = t->generator};
-        TRY(painter_init(&t->painter, &t->place, &network, err));
-        t->has_painter = true;
-    }
+    TRY(make_painter(t, err));
     if (!t->tests.u || !same_test(options, &t->eval_options)) {
         test_set_release(&t->tests);
         TRY(test_set_init(&t->tests, t->place.scene, options, &t->trace, err));

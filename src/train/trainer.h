@@ -58,6 +58,15 @@ lmn_status trainer_eval(struct trainer *t, const lmn_eval_options *options,
                         lmn_progress_fn *progress, void *progress_user, lmn_metrics *out,
                         struct error *err);
 
+/* Renders the configuration u by the network as it is now; as model_render(). Not counted as
+ * training. */
+struct model_render_options;
+struct image;
+lmn_status trainer_render(struct trainer *t, const float *u,
+                          const struct model_render_options *options, struct image *out,
+                          double *render_s, lmn_progress_fn *progress, void *progress_user,
+                          struct error *err);
+
 /* One line of metrics.jsonl without the newline: before this object's first step the line that
  * describes the run, then the step just made. Valid until the next call; NULL when memory is short.
  * The format is in docs/checkpoint-format.md. */

@@ -81,6 +81,41 @@ static void test_options(void **state)
     lmn_context_free(context);
 }
 
+/* Options by name, and as JSON. */
+static void test_named_options(void **state)
+{
+    static const char *const bad[] = {"spp",    "spp=",      "=4",
+                                      "spp=x",  "spp=1.5",   "spp=4 ",
+                                      "with=4", "explore=3", "learning_rate=nan",
+                                      "seed=-1"};
+    (void)state;
+    lmn_context *context = new_context(1);
+    lmn_train_options o, before;
+    const char *json = NULL;
+    lmn_train_options_init(&o);
+    EXPECT(context, lmn_train_options_set(context, &o, "spp=4"), LMN_OK);
+    EXPECT(context, lmn_train_options_set(context, &o, "learning_rate=2.5e-3"), LMN_OK);
+    EXPECT(context, lmn_train_options_set(context, &o, "max_depth=-1"), LMN_OK);
+    EXPECT(context, lmn_train_options_set(context, &o, "seed=12345678901"), LMN_OK);
+    assert_int_equal(o.spp, 4);
+    assert_int_equal(o.max_depth, -1);
+    assert_true(o.learning_rate == 2.5e-3 && o.seed == 12345678901u);
+    EXPECT(context, lmn_train_options_json(context, &o, &json), LMN_OK);
+    assert_non_null(strstr(json, "\"seed\":12345678901,"));
+    assert_non_null(strstr(json, "\"spp\":4,"));
+    before = o;
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        EXPECT(context, lmn_train_options_set(context, &o, bad[i]), LMN_ERR_ARGUMENT);
+        assert_memory_equal(&o, &before, sizeof o);
+    }
+    EXPECT(context, lmn_train_options_set(context, &o, "with=4"), LMN_ERR_ARGUMENT);
+    assert_non_null(strstr(lmn_context_message(context), "did you mean \"width\"?"));
+    o.width = 0;
+    EXPECT(context, lmn_train_options_json(context, &o, &json), LMN_ERR_ARGUMENT);
+    assert_null(json);
+    lmn_context_free(context);
+}
+
 /* Trains the file that the next tests use. */
 static void test_train(void **state)
 {
@@ -104,8 +139,18 @@ static void test_train(void **state)
     fclose(f);
     EXPECT(context, lmn_trainer_eval(trainer, 2, 16, 2, 0, &metrics), LMN_OK);
     assert_true(metrics.mape > 0.0);
+    const lmn_render_options render = {.struct_size = sizeof render, .width = 12, .height = 8};
+    lmn_image *now = NULL, *saved = NULL;
+    lmn_model *model = NULL;
+    EXPECT(context, lmn_trainer_render(trainer, NULL, &render, &now, NULL), LMN_OK);
     EXPECT(context, lmn_trainer_save(trainer, "/nowhere/m.lmn"), LMN_ERR_IO);
     EXPECT(context, lmn_trainer_save(trainer, model_path), LMN_OK);
+    EXPECT(context, lmn_model_load(context, scene, model_path, 0, &model), LMN_OK);
+    EXPECT(context, lmn_model_render(context, model, NULL, &render, &saved, NULL), LMN_OK);
+    assert_memory_equal(lmn_image_data(now), lmn_image_data(saved), sizeof(float[12 * 8 * 3]));
+    lmn_image_free(now);
+    lmn_image_free(saved);
+    lmn_model_free(model);
     EXPECT(context, lmn_trainer_resume(context, scene, model_path, 0, &resumed), LMN_OK);
     lmn_trainer_get_stats(resumed, &stats);
     assert_int_equal(stats.step, 5);
@@ -246,9 +291,10 @@ static void test_bench(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_options),      cmocka_unit_test(test_train),
-        cmocka_unit_test(test_model),        cmocka_unit_test(test_changed_scene),
-        cmocka_unit_test(test_broken_files), cmocka_unit_test(test_bench),
+        cmocka_unit_test(test_options),       cmocka_unit_test(test_named_options),
+        cmocka_unit_test(test_train),         cmocka_unit_test(test_model),
+        cmocka_unit_test(test_changed_scene), cmocka_unit_test(test_broken_files),
+        cmocka_unit_test(test_bench),
     };
     return cmocka_run_group_tests_name("api_training", tests, make_folder, remove_folder);
 }

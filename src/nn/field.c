@@ -1,19 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "nn/field_inside.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/mem.h"
 #include "base/pool.h"
 #include "base/rng.h"
 
-enum {
-    MAX_GRIDS = 64,
-    MAX_FEATURES = 1024,
-    MAX_VARIABLES = 65536,
-    MAX_WIDTH = 512,
-    TILE_ROWS = 128 /* pixels that go through all layers together, within the cache */
-};
+enum { MAX_GRIDS = 64, MAX_FEATURES = 1024, MAX_VARIABLES = 65536, MAX_WIDTH = 512 };
 
 #define TABLE_BOUND 1e-4f
 #define LAST_LAYER  0.1f
@@ -74,7 +69,7 @@ static void shape(struct field *f)
     }
     f->n_weights = at;
     f->n_packed = packed;
-    f->tile_rows = round_up(TILE_ROWS, t->rows);
+    f->tile_rows = round_up(FIELD_PART, t->rows);      /* all layers within the cache */
     f->stride = (size_t)(f->tile_rows + 1) * t->panel; /* panels must not collide in the cache */
     f->tile_size = nn_n_panels(t, c->width) * f->stride;
 }
@@ -123,10 +118,12 @@ lmn_status field_new(const struct field_config *config, struct pool *pool, uint3
     f->config = *config;
     f->pool = pool;
     nn_kernels_init(&f->kernels, cpu);
+    f->grids = grid_kernels_for(cpu);
     shape(f);
     TRY(take(f, f->n_weights, &f->weights, err));
     TRY(take(f, f->n_packed, &f->packed, err));
     TRY(take(f, (size_t)f->n_layers * f->width_padded, &f->biases, err));
+    TRY(take(f, f->width_padded, &f->frame_bias, err));
     if (config->max_pixels > 0) {
         size_t n_ones = nn_n_panels(&f->kernels, f->n_in) * f->stride;
         TRY(take(f, n_ones, &f->ones, err));
@@ -160,6 +157,7 @@ void field_free(struct field *f)
     mem_free(f->gradients);
     mem_free(f->d_encoded);
     mem_free(f->ones);
+    mem_free(f->frame_bias);
     mem_free(f->biases);
     mem_free(f->packed);
     mem_free(f->weights);
@@ -230,10 +228,16 @@ void field_weights_changed(struct field *f)
 void field_fold(const struct field *f, const float *v, float *bias)
 {
     const struct layer *layer = &f->layers[0];
+    enum { LANES = 8 }; /* sums side by side, for vectors */
+    const uint32_t n = f->config.n_variables;
     for (uint32_t o = 0; o < layer->n_out; o++) {
         const float *row = f->weights + layer->w_at + (size_t)o * layer->n_columns + layer->n_in;
-        float sum = f->weights[layer->b_at + o];
-        for (uint32_t k = 0; k < f->config.n_variables; k++) sum += row[k] * v[k];
+        float sums[LANES] = {f->weights[layer->b_at + o]}, sum = 0.0f;
+        uint32_t k = 0;
+        for (; k + LANES <= n; k += LANES)
+            for (uint32_t i = 0; i < LANES; i++) sums[i] += row[k + i] * v[k + i];
+        for (; k < n; k++) sums[k % LANES] += row[k] * v[k];
+        for (uint32_t i = 0; i < LANES; i++) sum += sums[i];
         bias[o] = sum;
     }
 }
@@ -242,25 +246,38 @@ uint32_t field_load(const struct field *f, const struct field_run *run, uint32_t
                     float *e)
 {
     const uint32_t n_grids = f->config.n_grids, n_features = f->config.n_features;
-    const uint32_t n_rows = round_up(n, f->kernels.rows);
-    const uint32_t n_each = f->grid.n_levels * GRID_FEATURES;
-    float encoded[GRID_MAX_LEVELS * GRID_FEATURES];
-    for (uint32_t r = 0; r < n; r++) {
-        const float *positions = run->positions + (size_t)(first + r) * n_grids * 3;
-        const float *features = run->features + (size_t)(first + r) * n_features;
-        for (uint32_t g = 0; g < n_grids; g++) {
-            const float *table = f->weights + g * f->grid.at[f->grid.n_levels];
-            grid_encode(&f->grid, table, positions + 3 * (size_t)g, encoded);
-            for (uint32_t k = 0; k < n_each; k++) e[place(f, r, g * n_each + k)] = encoded[k];
-        }
-        for (uint32_t k = 0; k < n_features; k++) e[place(f, r, f->n_encoded + k)] = features[k];
+    const uint32_t n_rows = round_up(n, f->kernels.rows), panel = f->kernels.panel;
+    for (uint32_t g = 0; g < n_grids; g++) {
+        const struct grid_encode a = {
+            .grid = &f->grid,
+            .table = f->weights + g * f->grid.at[f->grid.n_levels],
+            .positions = run->positions + ((size_t)first * n_grids + g) * 3,
+            .pitch = 3 * (size_t)n_grids,
+            .n = n,
+            .first = g * f->grid.n_levels * GRID_FEATURES,
+            .tile = e,
+            .stride = f->stride,
+            .panel = panel,
+        };
+        f->grids->encode(&a);
     }
-    for (uint32_t r = n; r < n_rows; r++)
-        for (uint32_t k = 0; k < f->n_in; k++) e[place(f, r, k)] = 0.0f;
+    const struct grid_spread a = {
+        .rows = n_features > 0 ? run->features + (size_t)first * n_features : NULL,
+        .n = n,
+        .count = n_features,
+        .first = f->n_encoded,
+        .tile = e,
+        .stride = f->stride,
+        .panel = panel,
+    };
+    if (n_features > 0) f->grids->spread(&a);
+    for (uint32_t k = 0; k < nn_n_panels(&f->kernels, f->n_in); k++)
+        memset(e + k * f->stride + (size_t)n * panel, 0, (size_t)(n_rows - n) * panel * sizeof *e);
     return n_rows;
 }
 
-void field_forward(const struct field *f, const struct worker *w, uint32_t n_rows)
+void field_forward(const struct field *f, const struct worker *w, const float *bias,
+                   uint32_t n_rows)
 {
     for (uint32_t l = 0; l < f->n_layers; l++) {
         const struct layer *layer = &f->layers[l];
@@ -271,13 +288,64 @@ void field_forward(const struct field *f, const struct worker *w, uint32_t n_row
             .n_in = layer->n_in,
             .x = l == 0 ? w->e : w->h + (l - 1) * f->tile_size,
             .w = f->packed + layer->forward_at,
-            .b = l == 0 ? w->bias : f->biases + (size_t)l * f->width_padded,
+            .b = l == 0 ? bias : f->biases + (size_t)l * f->width_padded,
             .y = is_output ? w->y : w->h + l * f->tile_size,
             .stride = f->stride,
             .linear = is_output,
             .scratch = w->scratch,
         };
         f->kernels.forward(&a);
+    }
+}
+
+/* exp(x) to a relative 1e-7, for x whose result is no denormal: 2^n times a polynomial
+ * within half a power of 2. Without calls, so that compilers vectorise loops of it. */
+static inline float exp_plain(float x)
+{
+    const float magic = 0x1.8p23f; /* adding it rounds to a whole number, left in the low bits */
+    const float shifted = x * 0x1.715476p0f + magic, n = shifted - magic;
+    const float r = (x - n * 0x1.62e4p-1f) - n * 0x1.7f7d1cp-20f; /* ln 2 in two parts */
+    float p = 0x1.6d461ep-10f; /* Chebyshev fit of (exp(r) - 1 - r) / r^2, |r| < ln(2)/2 */
+    p = p * r + 0x1.120deap-7f;
+    p = p * r + 0x1.5554e6p-5f;
+    p = p * r + 0x1.5554dap-3f;
+    p = p * r + 0x1.000000p-1f;
+    uint32_t bits;
+    float power;
+    memcpy(&bits, &shifted, sizeof bits);
+    bits = (bits + 127u) << 23;
+    memcpy(&power, &bits, sizeof power);
+    return (p * r * r + r + 1.0f) * power;
+}
+
+void field_outputs(const struct field *f, const struct worker *w, uint32_t n, float *o,
+                   float *values)
+{
+    const uint32_t panel = f->kernels.panel;
+    for (uint32_t r = 0; r < n; r++) memcpy(o + r * N_OUT, w->y + r * panel, sizeof(float[N_OUT]));
+    for (uint32_t i = 0; i < n * N_OUT; i++) {
+        const float low = o[i] > LEAST_OUTPUT ? o[i] : LEAST_OUTPUT;
+        values[i] = exp_plain(low < MOST_OUTPUT ? low : MOST_OUTPUT);
+    }
+}
+
+void field_begin(struct field *f, const float *v)
+{
+    field_fold(f, v, f->frame_bias);
+}
+
+void field_render_part(const struct field *f, uint32_t worker, const struct field_run *run,
+                       float *out)
+{
+    const struct worker *w = &f->workers[worker];
+    float o[MAX_TILE_ROWS * N_OUT], values[MAX_TILE_ROWS * N_OUT];
+    for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
+        const uint32_t rest = run->n - first, n = rest < f->tile_rows ? rest : f->tile_rows;
+        const float *scale = run->scale + (size_t)first * N_OUT;
+        float *to = out + (size_t)first * N_OUT;
+        field_forward(f, w, f->frame_bias, field_load(f, run, first, n, w->e));
+        field_outputs(f, w, n, o, values);
+        for (uint32_t i = 0; i < n * N_OUT; i++) to[i] = scale[i] * values[i];
     }
 }
 
@@ -291,20 +359,19 @@ static void render_tile(void *ctx, uint32_t item, uint32_t worker)
 {
     const struct frame *frame = ctx;
     const struct field *f = frame->f;
-    const struct worker *w = &f->workers[worker];
-    const uint32_t first = item * f->tile_rows, rest = frame->run->n - first;
-    const uint32_t n = rest < f->tile_rows ? rest : f->tile_rows;
-    field_fold(f, frame->run->v, w->bias);
-    field_forward(f, w, field_load(f, frame->run, first, n, w->e));
-    for (uint32_t r = 0; r < n; r++)
-        for (uint32_t c = 0; c < N_OUT; c++) {
-            size_t at = (size_t)(first + r) * N_OUT + c;
-            frame->out[at] = frame->run->scale[at] * output_of(w->y[place(f, r, c)]);
-        }
+    const uint32_t at = item * f->tile_rows, rest = frame->run->n - at;
+    const size_t first = at;
+    struct field_run part = *frame->run;
+    part.n = rest < f->tile_rows ? rest : f->tile_rows;
+    part.positions += first * f->config.n_grids * 3;
+    if (part.features) part.features += first * f->config.n_features;
+    part.scale += first * N_OUT;
+    field_render_part(f, worker, &part, frame->out + first * N_OUT);
 }
 
 void field_render(struct field *f, const struct field_run *run, float *out)
 {
     struct frame frame = {.f = f, .run = run, .out = out};
+    field_begin(f, run->v);
     pool_run(f->pool, (run->n + f->tile_rows - 1) / f->tile_rows, render_tile, &frame);
 }

@@ -78,6 +78,17 @@ uint64_t field_memory_size(const struct field *f); /* bytes */
 void field_render(struct field *f, const struct field_run *run, float *out);
 
 /*
+ * The same in parts, from within a loop of the field's pool, so that a part's inputs need never
+ * leave the cache: field_begin() sets the configuration v [D], then each field_render_part() works
+ * on the calling thread, which is `worker` of that loop. run->v is not read. Parts of a multiple of
+ * FIELD_PART pixels leave no lanes empty.
+ */
+enum { FIELD_PART = 128 };
+void field_begin(struct field *f, const float *v);
+void field_render_part(const struct field *f, uint32_t worker, const struct field_run *run,
+                       float *out);
+
+/*
  * The mean loss of all pixels of the runs, at most config.max_pixels, and its exact gradient.
  *
  * losses    [n_runs], the mean of each

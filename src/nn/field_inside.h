@@ -2,9 +2,8 @@
 #ifndef NN_FIELD_INSIDE_H
 #define NN_FIELD_INSIDE_H
 
-#include <math.h>
-
 #include "nn/field.h"
+#include "nn/grid_kernels.h"
 #include "nn/kernels.h"
 
 /* The inside of struct field, for field.c and field_train.c. */
@@ -12,8 +11,9 @@
 enum {
     N_OUT = 3,
     MAX_DEPTH = 16,
-    MAX_GROUPS = 16, /* of runs, whose gradients are summed apart */
-    DQ_STRIDE = 16   /* floats per output in worker.dq */
+    MAX_GROUPS = 16,     /* of runs, whose gradients are summed apart */
+    MAX_TILE_ROWS = 160, /* at least FIELD_PART rounded up to any kernel's rows */
+    DQ_STRIDE = 16       /* floats per output in worker.dq */
 };
 
 #define LEAST_OUTPUT -10.0f
@@ -46,6 +46,7 @@ struct field {
     struct field_config config;
     struct grid grid;
     struct nn_kernels kernels;
+    const struct grid_kernels *grids;
     struct pool *pool;
     uint64_t memory_size;
 
@@ -54,7 +55,8 @@ struct field {
     struct layer layers[MAX_DEPTH + 1];
     size_t n_table, n_weights, n_packed; /* n_table: of all grids */
     float *weights, *packed;
-    float *biases; /* [n_layers][width_padded] */
+    float *biases;     /* [n_layers][width_padded] */
+    float *frame_bias; /* [width_padded]: of field_begin() */
 
     uint32_t width_padded, tile_rows;
     size_t stride;    /* floats from panel to panel of a tile */
@@ -64,7 +66,7 @@ struct field {
 
     /* Training only. */
     float *ones;      /* a tile of them: the inputs have no activation */
-    float *d_encoded; /* [max_pixels][n_encoded] */
+    float *d_encoded; /* [n_grids * n_levels][max_pixels][GRID_FEATURES] */
     float *gradients; /* [MAX_GROUPS][weights of layers] */
 };
 
@@ -80,11 +82,9 @@ static inline size_t place(const struct field *f, uint32_t row, uint32_t feature
     return feature / panel * f->stride + (size_t)row * panel + feature % panel;
 }
 
-/* exp(o) within bounds. */
-static inline float output_of(float o)
-{
-    return expf(o < LEAST_OUTPUT ? LEAST_OUTPUT : o > MOST_OUTPUT ? MOST_OUTPUT : o);
-}
+/* The outputs of a tile's first n rows: o [n][3], and values [n][3] = exp(o) within bounds. */
+void field_outputs(const struct field *f, const struct worker *w, uint32_t n, float *o,
+                   float *values);
 
 /* The first layer's biases for a configuration: bias [width_padded]. */
 void field_fold(const struct field *f, const float *v, float *bias);
@@ -94,7 +94,8 @@ void field_fold(const struct field *f, const float *v, float *bias);
 uint32_t field_load(const struct field *f, const struct field_run *run, uint32_t first, uint32_t n,
                     float *e);
 
-/* One tile forward: w->e and w->bias -> w->h, w->y. */
-void field_forward(const struct field *f, const struct worker *w, uint32_t n_rows);
+/* One tile forward: w->e and the first layer's biases -> w->h, w->y. */
+void field_forward(const struct field *f, const struct worker *w, const float *bias,
+                   uint32_t n_rows);
 
 #endif

@@ -22,20 +22,23 @@ struct pass {
 static double judge(const struct field *f, const struct worker *w, const struct field_run *run,
                     uint32_t first, uint32_t n, uint32_t n_rows, float scale)
 {
+    const uint32_t panel = f->kernels.panel;
+    float o[MAX_TILE_ROWS * N_OUT], values[MAX_TILE_ROWS * N_OUT];
     double loss = 0;
-    memset(w->dy, 0, (size_t)n_rows * f->kernels.panel * sizeof *w->dy);
+    field_outputs(f, w, n, o, values);
+    memset(w->dy, 0, (size_t)n_rows * panel * sizeof *w->dy);
     for (uint32_t r = 0; r < n; r++) {
         const float *factor = run->scale + (size_t)(first + r) * N_OUT;
         const float *y = run->targets + (size_t)(first + r) * N_OUT;
-        float value[N_OUT], sum = 0.0f;
-        for (uint32_t c = 0; c < N_OUT; c++) value[c] = factor[c] * output_of(w->y[place(f, r, c)]);
+        float *dy = w->dy + (size_t)r * panel, value[N_OUT], sum = 0.0f;
+        for (uint32_t c = 0; c < N_OUT; c++) value[c] = factor[c] * values[r * N_OUT + c];
         float luminance = 0.2126f * value[0] + 0.7152f * value[1] + 0.0722f * value[2];
         float weight = 1.0f / (luminance * luminance + LOSS_EPSILON);
         for (uint32_t c = 0; c < N_OUT; c++) {
-            float off = value[c] - y[c], o = w->y[place(f, r, c)];
-            bool passes = o > LEAST_OUTPUT && o < MOST_OUTPUT;
+            const float off = value[c] - y[c], at = o[r * N_OUT + c];
+            const bool passes = at > LEAST_OUTPUT && at < MOST_OUTPUT;
             sum += off * off * weight;
-            w->dy[place(f, r, c)] = passes ? 2.0f * scale * weight * off * value[c] : 0.0f;
+            dy[c] = passes ? 2.0f * scale * weight * off * value[c] : 0.0f;
         }
         loss += (double)sum;
     }
@@ -104,8 +107,19 @@ static void backward_rest(const struct field *f, const struct worker *w, const f
     }
 }
 
-/* `encoded`: the run's part of d_encoded. */
-static void pass_run(const struct pass *p, uint32_t index, const struct worker *w, float *encoded,
+/* What reached the grids, level by level, for n pixels of the batch from `pixel` on. */
+static void keep_encoded(const struct field *f, const struct worker *w, size_t pixel, uint32_t n)
+{
+    for (uint32_t item = 0; item < f->config.n_grids * f->grid.n_levels; item++) {
+        const float *from = w->de + place(f, 0, item * GRID_FEATURES);
+        float *to = f->d_encoded + (item * (size_t)f->config.max_pixels + pixel) * GRID_FEATURES;
+        for (uint32_t r = 0; r < n; r++, from += f->kernels.panel, to += GRID_FEATURES)
+            memcpy(to, from, sizeof(float[GRID_FEATURES]));
+    }
+}
+
+/* `pixel`: the run's first in the batch. */
+static void pass_run(const struct pass *p, uint32_t index, const struct worker *w, size_t pixel,
                      float *gradient, bool is_first)
 {
     const struct field *f = p->f;
@@ -115,14 +129,12 @@ static void pass_run(const struct pass *p, uint32_t index, const struct worker *
     for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
         const uint32_t n = run->n - first < f->tile_rows ? run->n - first : f->tile_rows;
         const uint32_t n_rows = field_load(f, run, first, n, w->e);
-        field_forward(f, w, n_rows);
+        field_forward(f, w, w->bias, n_rows);
         loss += judge(f, w, run, first, n, n_rows, p->scale);
         if (!gradient) continue;
         for (uint32_t r = 0; r < n_rows; r++) w->q[(size_t)r * f->kernels.panel] = r < n;
         backward(f, w, n_rows, gradient, is_first && first == 0, first == 0);
-        for (uint32_t r = 0; r < n; r++)
-            for (uint32_t k = 0; k < f->n_encoded; k++)
-                encoded[(size_t)(first + r) * f->n_encoded + k] = w->de[place(f, r, k)];
+        keep_encoded(f, w, pixel + first, n);
     }
     p->losses[index] = (float)(loss / (N_OUT * (double)run->n));
     if (gradient) backward_rest(f, w, run->v, gradient, is_first);
@@ -131,7 +143,7 @@ static void pass_run(const struct pass *p, uint32_t index, const struct worker *
 static void run_loss(void *ctx, uint32_t item, uint32_t worker)
 {
     const struct pass *p = ctx;
-    pass_run(p, item, &p->f->workers[worker], NULL, NULL, true);
+    pass_run(p, item, &p->f->workers[worker], 0, NULL, true);
 }
 
 static void run_group(void *ctx, uint32_t item, uint32_t worker)
@@ -144,7 +156,7 @@ static void run_group(void *ctx, uint32_t item, uint32_t worker)
     size_t pixel = 0;
     for (uint32_t i = 0; i < begin; i++) pixel += p->runs[i].n;
     for (uint32_t i = begin; i < end; pixel += p->runs[i++].n)
-        pass_run(p, i, &f->workers[worker], f->d_encoded + pixel * f->n_encoded,
+        pass_run(p, i, &f->workers[worker], pixel,
                  f->gradients + item * (f->n_weights - f->n_table), i == begin);
 }
 
@@ -155,16 +167,22 @@ static void run_level(void *ctx, uint32_t item, uint32_t worker)
     const struct field *f = p->f;
     const struct grid *grid = &f->grid;
     const uint32_t g = item / grid->n_levels, level = item % grid->n_levels;
-    const float *d = f->d_encoded + (size_t)item * GRID_FEATURES;
+    const float *d = f->d_encoded + item * (size_t)f->config.max_pixels * GRID_FEATURES;
     float *gradient = p->gradient + g * grid->at[grid->n_levels] + grid->at[level];
     (void)worker;
     memset(gradient, 0, (grid->at[level + 1] - grid->at[level]) * sizeof *gradient);
     for (uint32_t i = 0; i < p->n_runs; i++) {
-        const struct field_run *run = &p->runs[i];
-        for (uint32_t r = 0; r < run->n; r++, d += f->n_encoded) {
-            const float *at = run->positions + ((size_t)r * f->config.n_grids + g) * 3;
-            grid_encode_back(grid, level, at, d, gradient);
-        }
+        const struct grid_back a = {
+            .grid = grid,
+            .level = level,
+            .positions = p->runs[i].positions + 3 * (size_t)g,
+            .pitch = 3 * (size_t)f->config.n_grids,
+            .n = p->runs[i].n,
+            .d = d,
+            .gradient = gradient,
+        };
+        f->grids->back(&a);
+        d += (size_t)a.n * GRID_FEATURES;
     }
 }
 

@@ -2,7 +2,6 @@
 #include "nn/grid.h"
 
 #include <math.h>
-#include <stdbool.h>
 
 void grid_init(struct grid *g, const struct grid_config *config)
 {
@@ -27,17 +26,15 @@ struct cell {
 static inline void find_cell(const struct grid *g, uint32_t level, const float p[3], struct cell *c)
 {
     const uint32_t n = g->n_cells[level], edge = n + 1, n_entries = g->n_entries[level];
-    const bool is_hashed = (uint64_t)edge * edge * edge > n_entries;
-    /* Multipliers of the paper's Eq. 4, and of a dense array. */
-    const uint32_t stride[3] = {1, is_hashed ? 2654435761u : edge,
-                                is_hashed ? 805459861u : edge * edge};
+    const bool is_hashed = grid_is_hashed(g, level);
+    const uint32_t stride[3] = {1, is_hashed ? GRID_HASH_Y : edge,
+                                is_hashed ? GRID_HASH_Z : edge * edge};
     uint32_t low[3];
     float f[3];
     for (int a = 0; a < 3; a++) {
         float x = p[a] > 0.0f ? p[a] : 0.0f; /* also where it is no number */
-        x = (x < 1.0f ? x : 1.0f) * (float)n;
+        x = (x < GRID_MOST ? x : GRID_MOST) * (float)n;
         uint32_t i = (uint32_t)x;
-        i = i < n ? i : n - 1;
         f[a] = x - (float)i;
         low[a] = i;
     }

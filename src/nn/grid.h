@@ -2,6 +2,7 @@
 #ifndef NN_GRID_H
 #define NN_GRID_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -14,6 +15,14 @@
  * The table of a grid is one block of floats: level after level, [entries][GRID_FEATURES].
  */
 enum { GRID_FEATURES = 2, GRID_MAX_LEVELS = 16, GRID_MAX_LOG2_SIZE = 24 };
+
+/* Coordinates go up to here, the largest float below 1: times any number of cells it stays below
+ * that number, so that its cell is the last. */
+#define GRID_MOST 0x1.fffffep-1f
+
+/* The multipliers of the paper's Eq. 4; that of x is 1. */
+#define GRID_HASH_Y 2654435761u
+#define GRID_HASH_Z 805459861u
 
 struct grid_config {
     uint32_t n_levels;  /* 1 .. GRID_MAX_LEVELS */
@@ -31,7 +40,14 @@ struct grid {
 
 void grid_init(struct grid *g, const struct grid_config *config);
 
-/* out [n_levels * GRID_FEATURES] at p, which is clamped to [0,1]^3. */
+/* A level's lattice has more vertices than its table entries. */
+static inline bool grid_is_hashed(const struct grid *g, uint32_t level)
+{
+    const uint64_t edge = (uint64_t)g->n_cells[level] + 1;
+    return edge * edge * edge > g->n_entries[level];
+}
+
+/* out [n_levels * GRID_FEATURES] at p, which is clamped to [0,GRID_MOST]^3. */
 void grid_encode(const struct grid *g, const float *table, const float p[3], float *out);
 
 /* Adds to `gradient` [n_entries[level]][GRID_FEATURES] of one level what `d` [GRID_FEATURES], the

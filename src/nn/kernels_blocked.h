@@ -13,18 +13,12 @@
  * is not full.
  */
 
+#include "nn/unroll.h"
+
 enum { PANEL = LANES * VECTORS };
 
 typedef vec block[ROWS][VECTORS];
 
-#define INLINE static inline __attribute__((always_inline))
-#ifdef __clang__
-#define UNROLL     _Pragma("clang loop unroll(full)")
-#define UNROLL_BY4 _Pragma("clang loop unroll_count(4)")
-#else
-#define UNROLL     _Pragma("GCC unroll 32")
-#define UNROLL_BY4 _Pragma("GCC unroll 4")
-#endif
 #define EACH_ROW    UNROLL for (int i = 0; i < ROWS; i++)
 #define EACH_VECTOR UNROLL for (int j = 0; j < n_vectors; j++)
 

@@ -238,29 +238,41 @@ static void threads_do_not_matter(void **state)
     mem_free(gradients[1]);
 }
 
-/* What is rendered is what is trained. */
+static void compare(const struct field_run *run, const double *w, const float *out, size_t set)
+{
+    for (uint32_t k = 0; k < run->n; k++) {
+        double want[3];
+        plain_pixel(w, run, k, want);
+        for (uint32_t c = 0; c < 3; c++)
+            if (!(fabs((double)out[3 * k + c] - want[c]) < 1e-4 * want[c]))
+                fail_msg("set %zu pixel %u: %.8g, not %.8g", set, k, (double)out[3 * k + c],
+                         want[c]);
+    }
+}
+
+/* What is rendered is what is trained, in parts as at once, in every instruction set. */
 static void rendering_is_plain(void **state)
 {
     static struct data d;
-    float out[MOST_PIXELS][3];
+    float out[2][3 * MOST_PIXELS];
     (void)state;
     fill(&d);
-    struct pool *pool = pool_new(2);
-    struct field *f = make(pool, cpu_detect());
-    double *w = doubles(field_weights(f), field_n_weights(f));
-    for (int i = 0; i < N_RUNS; i++) {
-        field_render(f, &d.runs[i], out[0]);
-        for (uint32_t k = 0; k < n_pixels[i]; k++) {
-            double want[3];
-            plain_pixel(w, &d.runs[i], k, want);
-            for (int c = 0; c < 3; c++)
-                if (!(fabs((double)out[k][c] - want[c]) < 1e-4 * want[c]))
-                    fail_msg("run %d pixel %u: %.8g, not %.8g", i, k, (double)out[k][c], want[c]);
+    for (size_t s = 0; s < sizeof sets / sizeof *sets; s++) {
+        if ((cpu_detect() & sets[s]) != sets[s]) continue;
+        struct pool *pool = pool_new(2);
+        struct field *f = make(pool, sets[s]);
+        double *w = doubles(field_weights(f), field_n_weights(f));
+        for (int i = 0; i < N_RUNS; i++) {
+            field_render(f, &d.runs[i], out[0]);
+            compare(&d.runs[i], w, out[0], s);
+            field_begin(f, d.runs[i].v);
+            field_render_part(f, 1, &d.runs[i], out[1]);
+            assert_memory_equal(out[0], out[1], 3 * d.runs[i].n * sizeof *out[0]);
         }
+        mem_free(w);
+        field_free(f);
+        pool_free(pool);
     }
-    mem_free(w);
-    field_free(f);
-    pool_free(pool);
 }
 
 /* A bright sphere whose place depends on v, seen through noise whose median is 0: the network finds

@@ -329,8 +329,8 @@ LMN_API lmn_status lmn_train_options_json(lmn_context *context, const lmn_train_
 LMN_API lmn_status lmn_trainer_new(lmn_context *context, const lmn_scene *scene,
                                    const lmn_train_options *options, lmn_trainer **out);
 
-/* Continues from a file that lmn_trainer_save() wrote, as if it had not stopped. Refuses a changed
- * scene unless `force`. */
+/* Continues the training of a model that lmn_trainer_save() wrote, as if it had not stopped, from
+ * the state beside it. Refuses a changed scene unless `force`, and another training's state. */
 LMN_API lmn_status lmn_trainer_resume(lmn_context *context, const lmn_scene *scene,
                                       const char *path, int force, lmn_trainer **out);
 LMN_API void lmn_trainer_free(lmn_trainer *trainer);
@@ -357,8 +357,9 @@ LMN_API lmn_status lmn_trainer_step(lmn_trainer *trainer, lmn_train_stats *stats
 LMN_API void lmn_trainer_get_stats(const lmn_trainer *trainer, lmn_train_stats *out);
 LMN_API void lmn_trainer_get_options(const lmn_trainer *trainer, lmn_train_options *out);
 
-/* Writes the checkpoint: everything that resuming and rendering need. Written to a temporary name,
- * then renamed. */
+/* Writes the checkpoint, two files: at path + ".state" what resuming needs, then at path the model,
+ * what rendering needs. Each is written to a temporary name, then renamed; what is there at any
+ * moment can be resumed. */
 LMN_API lmn_status lmn_trainer_save(lmn_trainer *trainer, const char *path);
 
 /* Mean metrics of the network as it is now on the fixed test set of lmn_model_eval(). */

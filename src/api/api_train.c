@@ -158,7 +158,7 @@ void lmn_trainer_get_options(const lmn_trainer *trainer, lmn_train_options *out)
 
 lmn_status lmn_trainer_save(lmn_trainer *trainer, const char *path)
 {
-    return trainer_save(trainer->trainer, path, false, context_begin(trainer->context));
+    return trainer_save(trainer->trainer, path, context_begin(trainer->context));
 }
 
 lmn_status lmn_trainer_eval(lmn_trainer *trainer, uint32_t n, uint32_t resolution, uint32_t spp,

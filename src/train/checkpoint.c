@@ -4,7 +4,17 @@
 #include <string.h>
 
 #include "base/mem.h"
+#include "base/str.h"
 #include "train/model_file.h"
+
+char *state_path(const char *model_path)
+{
+    struct str s = {0};
+    str_add(&s, "%s.state", model_path);
+    if (!s.failed) return s.text;
+    str_release(&s);
+    return NULL;
+}
 
 /* A copy of strings in one block, to be freed by mem_free(). NULL when memory is short. */
 static char **copy_list(char *const *list, uint32_t n, const char *const *more, uint32_t n_more)

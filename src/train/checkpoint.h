@@ -24,6 +24,10 @@ lmn_status checkpoint_read_history(const char *path, struct history *out, char *
  * ".metrics": "box.lmn" -> "box.metrics.jsonl". Free with mem_free(); NULL when memory is short. */
 char *metrics_path(const char *model_path);
 
+/* Where a model's state is, which training goes on from: "box.lmn" -> "box.lmn.state". Free with
+ * mem_free(); NULL when memory is short. */
+char *state_path(const char *model_path);
+
 /* "cpu_s", "trace_s" and "network_s" of the last line whose "step" is at most `step`; what is not
  * found is 0. Pointers may be NULL. */
 void metrics_times(const char *metrics_path, uint64_t step, double *cpu_s, double *trace_s,

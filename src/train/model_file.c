@@ -119,9 +119,9 @@ lmn_status model_file_open(struct model_file *m, const char *path, struct error 
         goto done;
     }
     TRY(get_number(m, "version", 10, &version, err));
-    if (version != 1) {
-        status = fail(err, LMN_ERR_PARSE, "%s: model of version %llu, this program reads 1", path,
-                      (unsigned long long)version);
+    if (version != MODEL_VERSION) {
+        status = fail(err, LMN_ERR_PARSE, "%s: model of version %llu, this program reads %d", path,
+                      (unsigned long long)version, MODEL_VERSION);
         goto done;
     }
     TRY(get_text(m, "contents", &contents, err));
@@ -130,6 +130,7 @@ lmn_status model_file_open(struct model_file *m, const char *path, struct error 
     TRY(get_text(m, "variables_path", &m->variables_path, err));
     TRY(get_text(m, "options", &m->config, err));
     TRY(get_number(m, "scene_hash", 16, &m->scene_hash, err));
+    TRY(get_number(m, "training", 16, &m->training, err));
     TRY(get_number(m, "step", 10, &m->step, err));
     TRY(get_list(m, "defines", &m->defines, &m->n_defines, err));
     TRY(get_list(m, "variables", &m->names, &m->n_names, err));

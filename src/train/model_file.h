@@ -6,14 +6,19 @@
 #include "train/safetensors.h"
 #include "train/trainer.h"
 
+/* 1 had model and state in one file. */
+enum { MODEL_VERSION = 2 };
+
 /*
- * A model file, opened and understood but for its tensors (docs/checkpoint-format.md).
+ * A model file or the state beside it, opened and understood but for its tensors
+ * (docs/checkpoint-format.md).
  */
 struct model_file {
     struct safetensors st;
     lmn_train_options options;
     uint64_t scene_hash, step;
-    bool has_training;                                /* not only weights */
+    uint64_t training;                                /* which one: model and state must agree */
+    bool has_training;                                /* a state: not only weights */
     const char *scene_path, *variables_path, *config; /* texts in the file */
     struct field_config field; /* improved method: the network, max_pixels 0 */
     uint32_t n_defines, n_names;

@@ -18,6 +18,11 @@ size_t trainer_n_weights(const struct trainer *t)
     return t->learner ? layout_field_n_weights(learner_field_config(t->learner)) : t->adam.n;
 }
 
+float *trainer_weights(const struct trainer *t)
+{
+    return t->learner ? learner_average(t->learner) : generator_weights(t->generator);
+}
+
 const lmn_train_options *trainer_options(const struct trainer *t)
 {
     return &t->options;

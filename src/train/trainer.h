@@ -34,8 +34,10 @@ struct workplace {
 lmn_status trainer_new(const struct workplace *place, const lmn_train_options *options,
                        struct trainer **out, struct error *err);
 
-/* Continues a checkpoint as if it had not stopped. Refuses a changed scene unless `force`. The
- * processor time used so far comes from the metrics beside it (metrics_path()), 0 without them. */
+/* Continues the training of a model from the state beside it (state_path()), as if it had not
+ * stopped; the model itself need not be there. Refuses a changed scene unless `force`, and a state
+ * that is another training's than the model. The processor time used so far comes from the metrics
+ * beside it (metrics_path()), 0 without them. */
 lmn_status trainer_resume(const struct workplace *place, const char *path, bool force,
                           struct trainer **out, struct error *err);
 void trainer_free(struct trainer *t);
@@ -46,10 +48,10 @@ lmn_status trainer_step(struct trainer *t, lmn_train_stats *stats, struct error 
 void trainer_get_stats(const struct trainer *t, lmn_train_stats *stats);
 const lmn_train_options *trainer_options(const struct trainer *t);
 
-/* The checkpoint (docs/checkpoint-format.md); weights_only: what rendering needs, to share. Two
- * trainings that made the same steps write the same bytes. */
-lmn_status trainer_save(const struct trainer *t, const char *path, bool weights_only,
-                        struct error *err);
+/* The checkpoint (docs/checkpoint-format.md): first the state that training goes on from, at
+ * state_path(path), then the model with what rendering needs, at `path`. Whenever it is stopped,
+ * what is there can be resumed. Two trainings that made the same steps write the same bytes. */
+lmn_status trainer_save(const struct trainer *t, const char *path, struct error *err);
 
 /* Mean metrics of the network as it is now on the fixed test set that `options` names (evaluate.h).
  * The references are traced at the first call and kept as long as the options stay the same. The

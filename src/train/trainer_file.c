@@ -3,6 +3,7 @@
 #include "train/trainer_inside.h"
 
 #include <string.h>
+#include <unistd.h>
 
 #include "base/json.h"
 #include "base/mem.h"
@@ -30,7 +31,7 @@ static void add(struct tensor_list *l, const char *name, enum tensor_type type, 
 static void list_network(struct tensor_list *l, const struct trainer *t)
 {
     const struct field_config *field = t->learner ? learner_field_config(t->learner) : NULL;
-    float *weights = field ? learner_average(t->learner) : generator_weights(t->generator);
+    float *weights = trainer_weights(t);
     l->n_network = field ? layout_field_n_tensors(field) : layout_n_tensors(&t->config);
     for (uint32_t i = 0; i < l->n_network; i++) {
         struct layout_tensor *n = &l->network[i];
@@ -126,31 +127,35 @@ static void write_texts(const struct trainer *t, struct str *options, struct str
     json_end(&v);
 }
 
-lmn_status trainer_save(const struct trainer *t, const char *path, bool weights_only,
-                        struct error *err)
+/* One of the two files. */
+static lmn_status save_part(const struct trainer *t, const char *path, bool is_state,
+                            struct error *err)
 {
     lmn_status status = LMN_OK;
     int64_t counters[N_COUNTERS];
     double averages[N_AVERAGES];
     struct str options = {0}, defines = {0}, variables = {0}, hash = {0}, step = {0};
-    struct str network = {0};
+    struct str network = {0}, training = {0}, version = {0};
     struct tensor_list *l = mem_new(1, sizeof *l);
     get_counters(t, counters, averages);
     write_texts(t, &options, &defines, &variables);
     str_add(&hash, "%016llx", (unsigned long long)t->place.scene->hash);
     str_add(&step, "%llu", (unsigned long long)t->step);
+    str_add(&training, "%016llx", (unsigned long long)t->training);
+    str_add(&version, "%d", MODEL_VERSION);
     if (t->learner) write_network(t, &network);
     if (!l || network.failed || options.failed || defines.failed || variables.failed ||
-        hash.failed || step.failed) {
+        hash.failed || step.failed || training.failed || version.failed) {
         status = fail_memory(err, path);
         goto done;
     }
     const char *scene_path = t->place.scene_path, *variables_path = t->place.variables_path;
     const struct tensor_text texts[] = {
         {"format", "lumenaut-model"},
-        {"version", "1"},
+        {"version", version.text},
         {"method", t->learner ? "improved" : "faithful"},
-        {"contents", weights_only ? "weights" : "training"},
+        {"contents", is_state ? "training" : "weights"},
+        {"training", training.text},
         {"step", step.text},
         {"scene_path", scene_path ? scene_path : ""},
         {"variables_path", variables_path ? variables_path : ""},
@@ -165,7 +170,7 @@ lmn_status trainer_save(const struct trainer *t, const char *path, bool weights_
     add(l, "state.counters", TENSOR_I64, 1, (uint64_t[3]){N_COUNTERS}, counters);
     add(l, "state.averages", TENSOR_F64, 1, (uint64_t[3]){N_AVERAGES}, averages);
     list_history(l, &t->history);
-    if (!weights_only) list_training(l, t);
+    if (is_state) list_training(l, t);
     TRY(safetensors_save(path, texts, n_texts, l->items, l->n, err));
 done:
     mem_free(l);
@@ -175,6 +180,29 @@ done:
     str_release(&hash);
     str_release(&step);
     str_release(&network);
+    str_release(&training);
+    str_release(&version);
+    return status;
+}
+
+/* The state comes first: until the model is there too, the training goes on from the newer state
+ * as well as it would with the newer model. */
+lmn_status trainer_save(const struct trainer *t, const char *path, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    char *state = state_path(path);
+    if (!state) {
+        status = fail_memory(err, path);
+        goto done;
+    }
+    if (strcmp(path, "-") == 0) {
+        status = fail(err, LMN_ERR_ARGUMENT, "a checkpoint is two files: it needs a name");
+        goto done;
+    }
+    TRY(save_part(t, state, true, err));
+    TRY(save_part(t, path, false, err));
+done:
+    mem_free(state);
     return status;
 }
 
@@ -230,6 +258,42 @@ static lmn_status check_sizes(const struct model_file *m, struct error *err)
     return status == LMN_OK ? model_file_check_weights(m, err) : status;
 }
 
+/* Opens the state of the model at `path` and compares it with the model, if that is there: a
+ * training that was stopped while it wrote its first checkpoint has none. */
+static lmn_status open_state(const char *path, struct model_file *out, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    struct model_file model = {0};
+    char *state = state_path(path);
+    if (!state) {
+        status = fail_memory(err, path);
+        goto done;
+    }
+    const bool has_model = access(path, F_OK) == 0, has_state = access(state, F_OK) == 0;
+    if (has_model) TRY(model_file_open(&model, path, err));
+    if (has_model && !has_state) {
+        status = fail(err, LMN_ERR_IO, "%s: training cannot go on from it without %s: no such file",
+                      path, state);
+        goto done;
+    }
+    TRY(model_file_open(out, has_state ? state : path, err)); /* neither: says so of the model */
+    if (!out->has_training) {
+        status = fail(err, LMN_ERR_ARGUMENT, "%s: holds a model, no state of a training", state);
+        goto done;
+    }
+    if (!has_model) goto done;
+    if (out->training != model.training || strcmp(out->config, model.config) != 0)
+        status = fail(err, LMN_ERR_ARGUMENT, "%s: the state of another training than that of %s",
+                      state, path);
+    else if (model.step > out->step)
+        status = fail(err, LMN_ERR_ARGUMENT, "%s: an older state, of step %llu; %s is at step %llu",
+                      state, (unsigned long long)out->step, path, (unsigned long long)model.step);
+done:
+    model_file_release(&model);
+    mem_free(state);
+    return status;
+}
+
 lmn_status trainer_resume(const struct workplace *place, const char *path, bool force,
                           struct trainer **out, struct error *err)
 {
@@ -245,21 +309,17 @@ lmn_status trainer_resume(const struct workplace *place, const char *path, bool 
         status = fail_memory(err, path);
         goto done;
     }
-    TRY(model_file_open(&m, path, err));
-    if (!m.has_training) {
-        status = fail(err, LMN_ERR_ARGUMENT,
-                      "%s: holds the weights alone, training cannot go on from it", path);
-        goto done;
-    }
+    TRY(open_state(path, &m, err));
     TRY(model_file_check_scene(&m, place->scene, force, err));
     TRY(check_sizes(&m, err));
     TRY(model_file_read_counters(&m, counters, averages, err));
     TRY(model_file_read_history(&m, &history, err));
     TRY(trainer_new(place, &m.options, &t, err));
     if (t->learner) TRY(model_file_check_field(&m, learner_field_config(t->learner), err));
+    t->training = m.training;
     set_counters(t, counters, averages);
     if (t->learner && !learner_set_progress(t->learner, t->step, t->n_traced)) {
-        status = fail(err, LMN_ERR_PARSE, "%s: its counters contradict each other", path);
+        status = fail(err, LMN_ERR_PARSE, "%s: its counters contradict each other", m.st.path);
         goto done;
     }
     history_release(&t->history);
@@ -269,7 +329,7 @@ lmn_status trainer_resume(const struct workplace *place, const char *path, bool 
     list_network(l, t);
     list_training(l, t);
     for (uint32_t i = 0; i < l->n; i++) TRY(safetensors_read(&m.st, &l->items[i], false, err));
-    TRY(check_training(t, path, err));
+    TRY(check_training(t, m.st.path, err));
     if (!t->learner) {
         generator_weights_changed(t->generator);
         replay_rebuild(&t->replay);

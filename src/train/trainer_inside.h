@@ -65,6 +65,8 @@ struct trainer {
     uint32_t *slots;   /* [reuse_batch] */
     uint64_t memory_size;
 
+    uint64_t training; /* which one this is: what it started from, hashed */
+
     /* How far training is. */
     uint64_t step, n_traced;
     double acceptance; /* running average */
@@ -91,6 +93,7 @@ struct trainer {
 };
 
 size_t trainer_n_weights(const struct trainer *t);
+float *trainer_weights(const struct trainer *t); /* those that are shown */
 
 /* The virtual resolution of a step (Sec. 6.2). */
 uint32_t trainer_resolution(const lmn_train_options *o, uint64_t step);

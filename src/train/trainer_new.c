@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include "base/hash.h"
 #include "base/mem.h"
 #include "base/pool.h"
 #include "train/layout.h"
@@ -192,6 +193,8 @@ lmn_status trainer_new(const struct workplace *place, const lmn_train_options *o
         TRY(new_improved(t, err));
     else
         TRY(new_faithful(t, dim, err));
+    t->training = hash_bytes(HASH_START, &s->hash, sizeof s->hash);
+    t->training = hash_bytes(t->training, trainer_weights(t), trainer_n_weights(t) * sizeof(float));
     *out = t;
     t = NULL;
 done:

@@ -8,6 +8,7 @@
 
 static char folder[] = "/tmp/lumenaut-api-XXXXXX";
 static char model_path[64], metrics_path[64], other_path[64], svg_path[64];
+static char state_path[72], other_state_path[72];
 
 static int make_folder(void **state)
 {
@@ -16,6 +17,8 @@ static int make_folder(void **state)
     snprintf(model_path, sizeof model_path, "%s/m.lmn", folder);
     snprintf(metrics_path, sizeof metrics_path, "%s/m.metrics.jsonl", folder);
     snprintf(other_path, sizeof other_path, "%s/other.lmn", folder);
+    snprintf(state_path, sizeof state_path, "%s.state", model_path);
+    snprintf(other_state_path, sizeof other_state_path, "%s.state", other_path);
     snprintf(svg_path, sizeof svg_path, "%s/m.svg", folder);
     return 0;
 }
@@ -26,6 +29,8 @@ static int remove_folder(void **state)
     unlink(model_path);
     unlink(metrics_path);
     unlink(other_path);
+    unlink(state_path);
+    unlink(other_state_path);
     unlink(svg_path);
     return rmdir(folder);
 }
@@ -229,6 +234,25 @@ static void test_changed_scene(void **state)
     lmn_context_free(context);
 }
 
+/* Cut off, or a bit of the first bytes flipped, mostly the header's. */
+static void copy_broken(const char *from, size_t i, const char *to)
+{
+    static unsigned char bytes[1 << 21];
+    FILE *f = fopen(from, "rb");
+    assert_non_null(f);
+    size_t size = fread(bytes, 1, sizeof bytes, f);
+    fclose(f);
+    assert_true(size > 1000 && size < sizeof bytes);
+    if (i < 40)
+        size = i * size / 40;
+    else
+        bytes[(i - 40) * 37 % 4000] ^= (unsigned char)(1u << (i % 8));
+    f = fopen(to, "wb");
+    assert_non_null(f);
+    assert_int_equal(fwrite(bytes, 1, size, f), size);
+    fclose(f);
+}
+
 static void test_broken_files(void **state)
 {
     (void)state;
@@ -237,23 +261,9 @@ static void test_broken_files(void **state)
     lmn_model *model = NULL;
     lmn_trainer *trainer = NULL;
     lmn_model_info info;
-    static unsigned char bytes[1 << 20], bad[1 << 20];
-    FILE *f = fopen(model_path, "rb");
-    assert_non_null(f);
-    const size_t size = fread(bytes, 1, sizeof bytes, f);
-    fclose(f);
-    assert_true(size > 1000 && size < sizeof bytes);
     for (size_t i = 0; i < 200; i++) {
-        memcpy(bad, bytes, size);
-        size_t length = size;
-        if (i < 40)
-            length = i * size / 40; /* cut off */
-        else
-            bad[(i - 40) * 37 % 4000] ^= (unsigned char)(1u << (i % 8)); /* mostly the header */
-        f = fopen(other_path, "wb");
-        assert_non_null(f);
-        assert_int_equal(fwrite(bad, 1, length, f), length);
-        fclose(f);
+        copy_broken(model_path, i, other_path);
+        copy_broken(state_path, i, other_state_path);
         /* Whatever comes of a flipped bit, nothing crashes, and a failure is told. */
         const lmn_status status = lmn_model_load(context, scene, other_path, 0, &model);
         assert_true((status == LMN_OK) == (model != NULL));
@@ -263,6 +273,11 @@ static void test_broken_files(void **state)
         lmn_model_free(model);
         lmn_trainer_resume(context, scene, other_path, 0, &trainer);
         lmn_trainer_free(trainer);
+        unlink(other_path); /* the broken state alone */
+        lmn_trainer_resume(context, scene, other_path, 0, &trainer);
+        if (i < 40) assert_null(trainer);
+        lmn_trainer_free(trainer);
+        copy_broken(model_path, i, other_path);
         if (lmn_model_read_info(context, other_path, &info) == LMN_OK) lmn_model_info_free(&info);
     }
     lmn_scene_free(scene);

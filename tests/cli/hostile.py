@@ -3,10 +3,11 @@
 """hostile.py LUMENAUT [SHOWN]: files that want to hurt, given to the program one by one.
 
 Cut off, absurd counts, NaN, cycles, entity bombs, absurd sizes of pictures, devices and pipes for
-files. Each must end soon with status 0 or 3 (a bad input file) and at most one line on stderr that
+files; of checkpoints the model, the state beside it, or both. Each must end soon with status 0 or 3 (a bad input file) and at most one line on stderr that
 has no control characters, in bounded memory; a picture that comes of it must be finite. SHOWN prints
 what was said of each file whose name contains it.
 """
+import json
 import os
 import pathlib
 import resource
@@ -85,7 +86,7 @@ def cut_off():
 
 
 def places(size):
-    return sorted({0, 1, 2, size // 7, size // 3, size // 2, size - 9, size - 1} & set(range(size)))
+    return sorted(n for n in {0, 1, 2, size // 7, size // 3, size // 2, size - 9, size - 1} if 0 <= n < size)
 
 
 def mislabelled():
@@ -282,6 +283,99 @@ def corpus():
         yield from part()
 
 
+# ---- Checkpoints: (name, {file: bytes}) with m.lmn and m.lmn.state ---------------------------------
+
+def checkpoint(lumenaut, method, seed=0):
+    """(model, state) of a small training."""
+    options = {"improved": "--width 8 --depth 1 --memory 1 --resolution-max 16 --spp 1",
+               "faithful": "--width 8 --depth 0 --patch-size 12 --chains 2 --memory 1 --spp 1"}[method]
+    with tempfile.TemporaryDirectory(prefix="lumenaut-hostile-") as folder:
+        write_all(pathlib.Path(folder), box_files())
+        subprocess.run([lumenaut, "train", "s.xml", "-q", "-o", "m.lmn", "--steps", "2", "--eval-every",
+                        "never", "--method", method, "--seed", str(seed), *options.split()],
+                       cwd=folder, check=True)
+        return tuple((pathlib.Path(folder) / name).read_bytes() for name in ("m.lmn", "m.lmn.state"))
+
+
+def box_files():
+    folder = ROOT / "tests/cli/scenes"
+    return {"s.xml": (folder / "box.xml").read_bytes(),
+            "s.variables.json": (folder / "box.variables.json").read_bytes()}
+
+
+def write_all(folder, files):
+    for path, data in files.items():
+        (folder / path).write_bytes(data)
+
+
+def edit(data, change):
+    """The file with its header changed."""
+    size = struct.unpack_from("<Q", data)[0]
+    header = json.loads(data[8:8 + size])
+    change(header)
+    text = json.dumps(header).encode()
+    return struct.pack("<Q", len(text)) + text + data[8 + size:]
+
+
+def fill(data, tensor, value):
+    """The file with the first bytes of a tensor replaced."""
+    size = struct.unpack_from("<Q", data)[0]
+    at = 8 + size + json.loads(data[8:8 + size])[tensor]["data_offsets"][0]
+    return data[:at] + value + data[at + len(value):]
+
+
+def broken(data, method):
+    """(what, bytes) of one of the two files."""
+    for n in places(len(data)):
+        yield f"cut at {n}", data[:n]
+    yield "too long", data + b"0"
+    yield "a header of 2^64 - 1", b"\xff" * 8 + data[8:]
+    yield "noise", bytes((i * 7919 + i // 251 * 104729) % 256 for i in range(3000))
+
+    def put(key, value):
+        return edit(data, lambda h: h["__metadata__"].__setitem__(key, value))
+
+    size = struct.unpack_from("<Q", data)[0]
+    header = json.loads(data[8:8 + size])
+    for key in header["__metadata__"]:
+        for value in ("", "-1", "9" * 30, "[null]", "{}", "\n\u0000"):
+            yield f"{key} is {value!r}", put(key, value)
+        yield f"no {key}", edit(data, lambda h, k=key: h["__metadata__"].pop(k))
+    options = json.loads(header["__metadata__"]["options"])
+    for key, value in options.items():
+        for absurd in (-1, 0, 4294967295, 1e300, None):
+            if absurd != value:
+                yield f"option {key} = {absurd!r}", put("options", json.dumps({**options, key: absurd}))
+    if method == "improved":
+        network = json.loads(header["__metadata__"]["network"])
+        for key in network:
+            for absurd in (-1, 0, 63, 1 << 62, None, "x"):
+                yield f"network {key} = {absurd}", put("network", json.dumps({**network, key: absurd}))
+    for name in [n for n in header if n != "__metadata__"]:
+        yield f"no {name}", edit(data, lambda h, k=name: h.pop(k))
+        for what, change in {"rows 2^40": {"shape": [1 << 40]}, "I8": {"dtype": "I8"},
+                             "elsewhere": {"data_offsets": [0, 1 << 50]}}.items():
+            yield f"{name}: {what}", edit(data, lambda h, k=name, c=change: h[k].update(c))
+        if header[name]["data_offsets"][0] < header[name]["data_offsets"][1]:
+            yield f"{name}: NaN", fill(data, name, b"\xff" * 8)
+
+
+def checkpoints(lumenaut):
+    for method in ("improved", "faithful"):
+        model, state = checkpoint(lumenaut, method)
+        other_model, other_state = checkpoint(lumenaut, method, 5)
+        for what, data in broken(model, method):
+            yield f"{method} model: {what}", {"m.lmn": data, "m.lmn.state": state}
+        for what, data in broken(state, method):
+            yield f"{method} state: {what}", {"m.lmn": model, "m.lmn.state": data}
+            if "option" in what or "state.counters" in what or "cut" in what:
+                yield f"{method} state alone: {what}", {"m.lmn.state": data}
+        for what, pair in {"alone": (model, b""), "swapped": (state, model), "two models": (model, model),
+                           "two states": (state, state), "another state": (model, other_state),
+                           "another model": (other_model, state)}.items():
+            yield f"{method} {what}", dict(zip(("m.lmn", "m.lmn.state"), pair))
+
+
 # ---- Running --------------------------------------------------------------------------------------
 
 def run(command, folder):
@@ -309,15 +403,13 @@ def is_finite(path):
     return all(-1e38 < x < 1e38 for x in values)
 
 
-def problem(lumenaut, files, most, shown, peaks):
+def problem(command, files, most, shown, peaks):
     """What is wrong, or None; adds memory and seconds to `peaks`."""
     with tempfile.TemporaryDirectory(prefix="lumenaut-hostile-") as name:
         folder = pathlib.Path(name)
         (folder / "folder").mkdir()
         os.mkfifo(folder / "pipe")
-        for path, data in files.items():
-            (folder / path).write_bytes(data)
-        command = [lumenaut, "trace", "s.xml", "-o", "out.pfm", "--spp", "2", "-q", "-t", "1"]
+        write_all(folder, files)
         status, said, seconds, mebibytes = run(command, folder)
         peaks.append((mebibytes, seconds))
         if shown:
@@ -331,9 +423,23 @@ def problem(lumenaut, files, most, shown, peaks):
             return f"a long or unprintable message: {said[:500]!r}"
         if mebibytes > most:
             return f"{mebibytes:.0f} MiB"
-        if status == 0 and not is_finite(folder / "out.pfm"):
+        if status == 0 and "out.pfm" in command and not is_finite(folder / "out.pfm"):
             return "the picture is not finite"
         return None
+
+
+def commands(lumenaut):
+    """(name, files, command) of all that is tried."""
+    quiet = ["-q", "-t", "1"]
+    for name, files in corpus():
+        yield name, files, [lumenaut, "trace", "s.xml", "-o", "out.pfm", "--spp", "2", *quiet]
+    for name, files in checkpoints(lumenaut):
+        files = {**box_files(), **files}
+        if "m.lmn" in files and " model" in name:
+            yield f"render {name}", files, [lumenaut, "render", "m.lmn", "-o", "out.pfm", "--size", "8x8",
+                                            *quiet]
+        yield f"resume {name}", files, [lumenaut, "train", "s.xml", "-o", "m.lmn", "--resume", "--steps",
+                                        "3", "--eval-every", "never", *quiet]
 
 
 def main():
@@ -344,13 +450,13 @@ def main():
     most = SANITIZED_MEBIBYTES if is_sanitized else MEBIBYTES
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     n, failures, peaks = 0, [], []
-    for name, files in corpus():
+    for name, files, command in commands(lumenaut):
         if shown is not None and shown not in name:
             continue
         n += 1
         if shown is not None:
             print(name)
-        trouble = problem(lumenaut, files, most, shown is not None, peaks)
+        trouble = problem(command, files, most, shown is not None, peaks)
         if trouble:
             failures.append(name)
             print(f"{name}: {trouble}", flush=True)

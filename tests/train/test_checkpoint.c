@@ -20,7 +20,8 @@
 #include <stdint.h>
 #include <cmocka.h>
 
-/* A checkpoint after 12 steps, at tiny_path("good.lmn"), and its bytes. */
+/* A checkpoint after 12 steps, at tiny_path("good.lmn"), and the bytes of its state, which holds
+ * all that the model does and more. */
 static char *good;
 static size_t good_size, header_size;
 
@@ -42,12 +43,11 @@ static int setup(void **state)
     if (trainer_new(&tiny.place, &o, &t, &err) != LMN_OK) return -1;
     for (int i = 0; i < 12; i++)
         if (trainer_step(t, NULL, &err) != LMN_OK) return -1;
-    if (trainer_save(t, tiny_path(&tiny, "good.lmn"), false, &err) != LMN_OK) return -1;
-    if (trainer_save(t, tiny_path(&tiny, "weights.lmn"), true, &err) != LMN_OK) return -1;
+    if (trainer_save(t, tiny_path(&tiny, "good.lmn"), &err) != LMN_OK) return -1;
     trainer_free(t);
     tiny.place.defines = NULL;
     tiny.place.n_defines = 0;
-    good = tiny_read(tiny_path(&tiny, "good.lmn"), &good_size);
+    good = tiny_read(tiny_path(&tiny, "good.lmn.state"), &good_size);
     for (int i = 0; i < 8; i++) header_size |= (size_t)(unsigned char)good[i] << (8 * i);
     return 0;
 }
@@ -70,9 +70,14 @@ static const char *write_file(const char *name, const void *bytes, size_t size)
     return path;
 }
 
-/* Opens it in every way there is; what fails says so in one line that begins with the path. */
+/* Opens it in every way there is; what fails says so in one line that begins with the path. A path
+ * that ends in ".state" is also resumed from. */
 static lmn_status open_all(const char *path)
 {
+    char model[512];
+    snprintf(model, sizeof model, "%s", path);
+    char *ending = strstr(model, ".state");
+    if (ending) *ending = '\0';
     struct error err[4] = {{{0}}};
     struct trainer *t = NULL;
     struct model *m = NULL;
@@ -80,14 +85,14 @@ static lmn_status open_all(const char *path)
     struct history h = {0};
     char **names = NULL;
     lmn_status status[4];
-    status[0] = trainer_resume(&tiny.place, path, false, &t, &err[0]);
+    status[0] = trainer_resume(&tiny.place, model, false, &t, &err[0]);
     status[1] = model_load(&tiny.place, path, false, &m, &err[1]);
     status[2] = checkpoint_read_info(path, &info, &err[2]);
     status[3] = checkpoint_read_history(path, &h, &names, &err[3]);
     for (int i = 0; i < 4; i++) {
         if (status[i] == LMN_OK) continue;
         assert_null(strchr(err[i].text, '\n'));
-        if (status[i] != LMN_ERR_MEMORY) assert_memory_equal(err[i].text, path, strlen(path));
+        if (status[i] != LMN_ERR_MEMORY) assert_memory_equal(err[i].text, model, strlen(model));
     }
     if (status[0] != LMN_OK) assert_null(t);
     if (status[1] != LMN_OK) assert_null(m);
@@ -151,7 +156,7 @@ static void history_can_be_plotted(void **state)
     struct error err = {0};
     struct history h;
     char **names;
-    must(checkpoint_read_history(tiny_path(&tiny, "weights.lmn"), &h, &names, &err), &err);
+    must(checkpoint_read_history(tiny_path(&tiny, "good.lmn"), &h, &names, &err), &err);
     assert_int_equal(h.n_rows, 12);
     for (uint32_t i = 0; i < 12; i++) {
         assert_true(h.rows[i][HISTORY_STEP] == i + 1);
@@ -169,13 +174,9 @@ static void weights_alone_render_the_same(void **state)
     (void)state;
     struct error err = {0};
     struct model *whole, *weights;
-    struct trainer *t = NULL;
     struct image a, b;
-    const char *path = tiny_path(&tiny, "weights.lmn");
-    must(model_load(&tiny.place, tiny_path(&tiny, "good.lmn"), false, &whole, &err), &err);
-    must(model_load(&tiny.place, path, false, &weights, &err), &err);
-    assert_int_equal(trainer_resume(&tiny.place, path, false, &t, &err), LMN_ERR_ARGUMENT);
-    assert_non_null(strstr(err.text, "weights"));
+    must(model_load(&tiny.place, tiny_path(&tiny, "good.lmn.state"), false, &whole, &err), &err);
+    must(model_load(&tiny.place, tiny_path(&tiny, "good.lmn"), false, &weights, &err), &err);
 
     float u[8] = {0.3f, 0.6f, 0.9f};
     struct model_render_options o = {.window = {60, 40, 0, 0, 60, 40}, .with_buffers = true};
@@ -197,6 +198,93 @@ static void weights_alone_render_the_same(void **state)
     image_release(&a);
     model_free(whole);
     model_free(weights);
+}
+
+/* A copy of one file under another name. */
+static const char *copy_file(const char *from, const char *to)
+{
+    size_t size;
+    char *bytes = tiny_read(tiny_path(&tiny, from), &size);
+    const char *path = write_file(to, bytes, size);
+    mem_free(bytes);
+    return path;
+}
+
+static void assert_cannot_resume(const char *name, lmn_status want, const char *message)
+{
+    struct error err = {0};
+    struct trainer *t = NULL;
+    assert_int_equal(trainer_resume(&tiny.place, tiny_path(&tiny, name), false, &t, &err), want);
+    if (!strstr(err.text, message)) fail_msg("%s", err.text);
+    assert_null(strchr(err.text, '\n'));
+    assert_null(t);
+}
+
+static void train_and_save(uint64_t seed, uint32_t n_steps, const char *name)
+{
+    struct error err = {0};
+    struct trainer *t = NULL;
+    lmn_train_options o = tiny_options();
+    o.seed = seed;
+    must(trainer_new(&tiny.place, &o, &t, &err), &err);
+    for (uint32_t i = 0; i < n_steps; i++) must(trainer_step(t, NULL, &err), &err);
+    must(trainer_save(t, tiny_path(&tiny, name), &err), &err);
+    trainer_free(t);
+}
+
+/* Whatever a kill leaves can be resumed; what does not belong together is refused. */
+static void model_and_state_are_a_pair(void **state)
+{
+    (void)state;
+    struct error err = {0};
+    struct trainer *t = NULL;
+    struct model *m = NULL;
+    lmn_train_stats stats;
+    train_and_save(11, 14, "later.lmn");
+    train_and_save(12, 14, "other.lmn");
+
+    copy_file("good.lmn", "pair.lmn");
+    assert_cannot_resume("pair.lmn", LMN_ERR_IO, "pair.lmn.state: no such file");
+    copy_file("other.lmn.state", "pair.lmn.state");
+    assert_cannot_resume("pair.lmn", LMN_ERR_ARGUMENT, "another training");
+    copy_file("good.lmn", "pair.lmn.state");
+    assert_cannot_resume("pair.lmn", LMN_ERR_ARGUMENT, "no state");
+    copy_file("good.lmn.state", "pair.lmn.state");
+    copy_file("later.lmn", "pair.lmn");
+    assert_cannot_resume("pair.lmn", LMN_ERR_ARGUMENT, "older state, of step 12");
+
+    copy_file("good.lmn", "pair.lmn"); /* killed between the two files */
+    copy_file("later.lmn.state", "pair.lmn.state");
+    must(trainer_resume(&tiny.place, tiny_path(&tiny, "pair.lmn"), false, &t, &err), &err);
+    trainer_get_stats(t, &stats);
+    assert_int_equal(stats.step, 14);
+    must(trainer_save(t, tiny_path(&tiny, "pair.lmn"), &err), &err);
+    trainer_free(t);
+    t = NULL;
+    size_t sizes[2];
+    char *bytes[2] = {tiny_read(tiny_path(&tiny, "later.lmn"), &sizes[0]),
+                      tiny_read(tiny_path(&tiny, "pair.lmn"), &sizes[1])};
+    assert_int_equal(sizes[0], sizes[1]);
+    assert_memory_equal(bytes[0], bytes[1], sizes[0]);
+    mem_free(bytes[0]);
+    mem_free(bytes[1]);
+
+    copy_file("good.lmn.state", "first.lmn.state"); /* killed before the first model */
+    must(trainer_resume(&tiny.place, tiny_path(&tiny, "first.lmn"), false, &t, &err), &err);
+    trainer_free(t);
+    assert_cannot_resume("none.lmn", LMN_ERR_IO, "none.lmn: cannot open");
+
+    write_file("first.lmn", good, good_size / 2); /* no half of a model goes unnoticed */
+    assert_cannot_resume("first.lmn", LMN_ERR_PARSE, "first.lmn: truncated");
+    char *old = mem_new(good_size, 1), *version; /* of the time when both were in one file */
+    memcpy(old, good, good_size);
+    version = memmem(old, header_size, "\"version\":\"2\"", 13);
+    assert_non_null(version);
+    version[11] = '1';
+    const char *path = write_file("first.lmn", old, good_size);
+    mem_free(old);
+    assert_cannot_resume("first.lmn", LMN_ERR_PARSE, "version 1, this program reads 2");
+    assert_int_equal(model_load(&tiny.place, path, false, &m, &err), LMN_ERR_PARSE);
 }
 
 static void changed_scenes_are_refused(void **state)
@@ -222,7 +310,7 @@ static void test_set_is_fixed(void **state)
     (void)state;
     struct error err = {0};
     struct model *m;
-    must(model_load(&tiny.place, tiny_path(&tiny, "weights.lmn"), false, &m, &err), &err);
+    must(model_load(&tiny.place, tiny_path(&tiny, "good.lmn"), false, &m, &err), &err);
     lmn_eval_options few = {.n = 2, .resolution = 24, .spp = 64, .seed = 3};
     lmn_eval_options more = {.n = 3, .resolution = 24, .spp = 64, .seed = 3};
     lmn_metrics each[2], each_of_more[3];
@@ -245,7 +333,7 @@ static void noise_floor_is_the_references_own_error(void **state)
     (void)state;
     struct error err = {0};
     struct model *m;
-    must(model_load(&tiny.place, tiny_path(&tiny, "weights.lmn"), false, &m, &err), &err);
+    must(model_load(&tiny.place, tiny_path(&tiny, "good.lmn"), false, &m, &err), &err);
     lmn_eval_result at_16, at_256;
     lmn_eval_options o = {.n = 2, .resolution = 48, .spp = 16, .seed = 3};
     must(model_eval(m, &o, NULL, NULL, &at_16, NULL, NULL, &err), &err);
@@ -260,13 +348,13 @@ static void truncated_files_are_refused(void **state)
 {
     (void)state;
     for (size_t size = 0; size < 64; size++)
-        assert_int_not_equal(open_all(write_file("bad.lmn", good, size)), LMN_OK);
+        assert_int_not_equal(open_all(write_file("bad.lmn.state", good, size)), LMN_OK);
     for (size_t size = 64; size < good_size; size += good_size / 150 + 1)
-        assert_int_not_equal(open_all(write_file("bad.lmn", good, size)), LMN_OK);
-    assert_int_not_equal(open_all(write_file("bad.lmn", good, good_size - 1)), LMN_OK);
+        assert_int_not_equal(open_all(write_file("bad.lmn.state", good, size)), LMN_OK);
+    assert_int_not_equal(open_all(write_file("bad.lmn.state", good, good_size - 1)), LMN_OK);
     assert_int_not_equal(open_all(tiny_path(&tiny, "missing.lmn")), LMN_OK);
     assert_int_not_equal(open_all(tiny.folder), LMN_OK);
-    assert_int_equal(open_all(write_file("bad.lmn", good, good_size)), LMN_OK);
+    assert_int_equal(open_all(write_file("bad.lmn.state", good, good_size)), LMN_OK);
 }
 
 /* Writes over part of a file that is there. */
@@ -285,12 +373,12 @@ static void mutated_files_do_no_harm(void **state)
     (void)state;
     static const char *const snippets[] = {"9",  "-1", "1e300", "null",    "\"\"",
                                            "[]", "{}", "\n",    "\\u0000", "99999999999999999999"};
-    const char *path = write_file("mutated.lmn", good, good_size);
+    const char *path = write_file("mutated.lmn.state", good, good_size);
     size_t start = header_size + 8;
     struct rng r = rng_keyed(1, 2, 3);
     char copy[512];
     for (int i = 0; i < 1500; i++) {
-        path = tiny_path(&tiny, "mutated.lmn");
+        path = tiny_path(&tiny, "mutated.lmn.state");
         size_t at = rng_below(&r, (uint32_t)start), n = 1;
         char byte = (char)rng_u32(&r);
         const char *wrong = i % 3 == 0 ? snippets[rng_below(&r, 10)] : &byte;
@@ -300,14 +388,14 @@ static void mutated_files_do_no_harm(void **state)
         patch_file(path, at, good + at, n);
     }
     for (int i = 0; i < 200; i++) {
-        path = tiny_path(&tiny, "mutated.lmn");
+        path = tiny_path(&tiny, "mutated.lmn.state");
         size_t at = start + rng_below(&r, (uint32_t)(good_size - start - sizeof copy));
         for (size_t k = 0; k < sizeof copy; k++) copy[k] = (char)rng_u32(&r);
         patch_file(path, at, copy, sizeof copy);
         open_all(path);
         patch_file(path, at, good + at, sizeof copy);
     }
-    assert_int_equal(open_all(tiny_path(&tiny, "mutated.lmn")), LMN_OK);
+    assert_int_equal(open_all(tiny_path(&tiny, "mutated.lmn.state")), LMN_OK);
     struct rusage usage;
     getrusage(RUSAGE_SELF, &usage);
     assert_true(usage.ru_maxrss < 2 << 20); /* KiB */
@@ -324,11 +412,11 @@ static void assert_refused_with(const char *tensor, const void *value, size_t si
     assert_non_null(entry);
     json_int_t at = json_integer_value(json_array_get(json_object_get(entry, "data_offsets"), 0));
     memcpy(bytes + 8 + header_size + at, value, size);
+    write_file("bad.lmn.state", bytes, good_size);
     struct error err = {0};
     struct trainer *t = NULL;
-    assert_int_equal(
-        trainer_resume(&tiny.place, write_file("bad.lmn", bytes, good_size), true, &t, &err),
-        LMN_ERR_PARSE);
+    assert_int_equal(trainer_resume(&tiny.place, tiny_path(&tiny, "bad.lmn"), true, &t, &err),
+                     LMN_ERR_PARSE);
     if (!strstr(err.text, message)) fail_msg("%s", err.text);
     json_decref(header);
     mem_free(bytes);
@@ -381,10 +469,10 @@ static void crafted_headers_are_refused(void **state)
         memset(bytes, 0, sizeof bytes);
         bytes[0] = (char)n;
         memcpy(bytes + 8, headers[i], n);
-        assert_int_equal(open_all(write_file("bad.lmn", bytes, 8 + n + 4)), LMN_ERR_PARSE);
+        assert_int_equal(open_all(write_file("bad.lmn.state", bytes, 8 + n + 4)), LMN_ERR_PARSE);
     }
     memset(bytes, 0xFF, sizeof bytes); /* a header of 2^64 - 1 bytes */
-    assert_int_equal(open_all(write_file("bad.lmn", bytes, sizeof bytes)), LMN_ERR_PARSE);
+    assert_int_equal(open_all(write_file("bad.lmn.state", bytes, sizeof bytes)), LMN_ERR_PARSE);
 }
 
 static void failed_saves_leave_nothing(void **state)
@@ -393,8 +481,8 @@ static void failed_saves_leave_nothing(void **state)
     struct error err = {0};
     struct trainer *t = NULL;
     must(trainer_resume(&tiny.place, tiny_path(&tiny, "good.lmn"), false, &t, &err), &err);
-    assert_int_equal(trainer_save(t, tiny_path(&tiny, "no/such/folder.lmn"), false, &err),
-                     LMN_ERR_IO);
+    assert_int_equal(trainer_save(t, tiny_path(&tiny, "no/such/folder.lmn"), &err), LMN_ERR_IO);
+    assert_int_equal(trainer_save(t, "-", &err), LMN_ERR_ARGUMENT);
     trainer_free(t);
     DIR *d = opendir(tiny.folder);
     for (struct dirent *e; (e = readdir(d));) assert_null(strstr(e->d_name, ".tmp"));
@@ -427,6 +515,7 @@ int main(void)
         cmocka_unit_test(info_tells_where_it_came_from),
         cmocka_unit_test(history_can_be_plotted),
         cmocka_unit_test(weights_alone_render_the_same),
+        cmocka_unit_test(model_and_state_are_a_pair),
         cmocka_unit_test(changed_scenes_are_refused),
         cmocka_unit_test(test_set_is_fixed),
         cmocka_unit_test(noise_floor_is_the_references_own_error),

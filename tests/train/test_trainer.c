@@ -42,17 +42,22 @@ static struct trainer *resume(const char *path)
 static void save(const struct trainer *t, const char *path)
 {
     struct error err = {0};
-    if (trainer_save(t, path, false, &err) != LMN_OK) fail_msg("%s", err.text);
+    if (trainer_save(t, path, &err) != LMN_OK) fail_msg("%s", err.text);
 }
 
+/* Model and state. */
 static void assert_same_files(const char *a, const char *b)
 {
-    size_t n_a, n_b;
-    char *bytes_a = tiny_read(a, &n_a), *bytes_b = tiny_read(b, &n_b);
-    assert_int_equal(n_a, n_b);
-    assert_memory_equal(bytes_a, bytes_b, n_a);
-    mem_free(bytes_a);
-    mem_free(bytes_b);
+    char *paths[4] = {mem_strdup(a), mem_strdup(b), state_path(a), state_path(b)};
+    for (int i = 0; i < 4; i += 2) {
+        size_t n_a, n_b;
+        char *bytes_a = tiny_read(paths[i], &n_a), *bytes_b = tiny_read(paths[i + 1], &n_b);
+        assert_int_equal(n_a, n_b);
+        assert_memory_equal(bytes_a, bytes_b, n_a);
+        mem_free(bytes_a);
+        mem_free(bytes_b);
+    }
+    for (int i = 0; i < 4; i++) mem_free(paths[i]);
 }
 
 static void resolution_grows_at_the_start_of_epochs(void **state)

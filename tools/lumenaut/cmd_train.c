@@ -7,7 +7,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
+#include <unistd.h>
 
 /* When no rule to stop is given. */
 static const double default_time_s = 900.0;
@@ -120,14 +120,25 @@ static int loop(struct run *r)
 /* An earlier model of that name becomes NAME~, as a run of hours should not vanish by a slip. */
 static int keep_backup(struct run *r)
 {
-    struct stat s;
-    char log[4096], backup[4200];
-    if (stat(r->a->output, &s) != 0) return EXIT_OK;
-    snprintf(backup, sizeof backup, "%s~", r->a->output);
-    if (rename(r->a->output, backup) != 0)
-        return app_error(&r->app, EXIT_FAILED, "%s: cannot rename: %s", r->a->output,
-                         strerror(errno));
-    app_say(&r->app, "the earlier %s is now %s (--resume would continue it)", r->a->output, backup);
+    char from[4200], log[4096], backup[4200];
+    /* The model first: what is left when this is stopped half-way can be resumed as it was. */
+    static const char *const endings[] = {"", ".state"};
+    bool is_there = false;
+    for (size_t i = 0; i < 2; i++) {
+        snprintf(from, sizeof from, "%s%s", r->a->output, endings[i]);
+        is_there |= access(from, F_OK) == 0;
+    }
+    if (!is_there) return EXIT_OK;
+    for (size_t i = 0; i < 2; i++) {
+        snprintf(from, sizeof from, "%s%s", r->a->output, endings[i]);
+        snprintf(backup, sizeof backup, "%s~%s", r->a->output, endings[i]);
+        if (rename(from, backup) == 0) continue;
+        if (errno != ENOENT)
+            return app_error(&r->app, EXIT_FAILED, "%s: cannot rename: %s", from, strerror(errno));
+        unlink(backup); /* an older one's half beside this one's other would be no pair */
+    }
+    app_say(&r->app, "the earlier %s is now %s~ (--resume would continue it)", r->a->output,
+            r->a->output);
     train_log_path(r->a->output, log, sizeof log);
     snprintf(backup, sizeof backup, "%s~", log);
     rename(log, backup); /* there may be none */

@@ -20,5 +20,5 @@ print(sorted(progress.keys() & {"step", "loss", "resolution", "acceptance", "fra
 print("\n".join(line["text"] for line in lines if line["event"] == "note"))
 END
 /usr/bin/python3 run.py
-[ -s a.lmn ] && [ -s a.metrics.jsonl ] && [ "$(ls | wc -l)" -eq 3 ]
+[ -s a.lmn ] && [ -s a.lmn.state ] && [ -s a.metrics.jsonl ] && [ "$(ls | wc -l)" -eq 4 ]
 "$lumenaut" params a.lmn >/dev/null

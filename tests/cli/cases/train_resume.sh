@@ -11,6 +11,7 @@ cmp one.lmn two.lmn
 train -o half.lmn --steps 30
 train -o half.lmn --steps 60 --resume
 cmp one.lmn half.lmn
+cmp one.lmn.state half.lmn.state
 
 # kill -9 somewhere after a checkpoint; what came after it is made again
 /usr/bin/python3 "$here/kill.py" 10 "$scene" $tiny
@@ -20,6 +21,7 @@ end=$((step + 20))
 "$lumenaut" train "$scene" -q -o killed.lmn --resume --steps $end
 train -o whole.lmn --steps $end
 cmp killed.lmn whole.lmn
+cmp killed.lmn.state whole.lmn.state
 # the log tells of each step once
 /usr/bin/python3 - $end <<'END'
 import json, sys
@@ -37,3 +39,8 @@ code 2 "$lumenaut" train "$scene" -q -o one.lmn --resume --steps 70 --width 17 2
 # an earlier model is kept aside
 train -o half.lmn --steps 1
 cmp half.lmn~ two.lmn
+cmp half.lmn~.state two.lmn.state
+# also what a kill left before the first model was written; a half of an older pair goes
+rm half.lmn
+train -o half.lmn --steps 2
+[ ! -e half.lmn~ ] && [ -e half.lmn~.state ]

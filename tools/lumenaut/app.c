@@ -27,8 +27,11 @@ int app_signal(void)
 static int on_progress(void *user, double done, double total)
 {
     struct app *app = user;
-    if (total > 0.0 && !app->is_silent)
-        progress_update(&app->progress, done / total, app->units * done / total, NULL, NULL);
+    if (total > 0.0 && !app->is_silent) {
+        double share = done / total;
+        if (app->part_size > 0.0) share = app->part_start + app->part_size * share;
+        progress_update(&app->progress, share, app->units * share, NULL, NULL);
+    }
     return caught && !app->ignore_signal;
 }
 

@@ -15,6 +15,7 @@ struct app {
     double units;       /* progress callbacks count fractions of these */
     bool ignore_signal; /* a signal does not stop the work under way: training ends its step */
     bool is_silent;     /* progress of the calls under way is not shown */
+    double part_start, part_size; /* which part of the whole they are; size 0: all of it */
 };
 
 /* Makes the context and installs the signal handlers. Returns an exit code. */

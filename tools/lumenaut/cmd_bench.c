@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* lumenaut bench: what this machine does. */
-#include "cli_options.h"
+#include "learn.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -17,6 +17,8 @@ struct bench_args {
     struct arg_list values;
     const char *peers;
     uint32_t json;
+    struct learn_args learn;
+    struct scene_args scene;
 };
 
 static const struct arg_option bench_options[] = {
@@ -103,6 +105,8 @@ static const struct arg_option bench_options[] = {
 
 static const struct arg_group groups[] = {
     {"Measurement", bench_options, COUNT_OF(bench_options), 0},
+    {"Learning (learn)", learn_options, N_LEARN_OPTIONS, offsetof(struct bench_args, learn)},
+    {"Scenes (learn)", scene_options, COUNT_OF(scene_options), offsetof(struct bench_args, scene)},
     COMMON_GROUP,
 };
 
@@ -113,6 +117,7 @@ static void init(void *args)
     a->width = 512;
     a->depth = 8;
     a->patches = 32;
+    learn_args_init(&a->learn);
 }
 
 /* Shows a JSON document to people: a line per member, indented, without quotes and braces. */
@@ -197,6 +202,17 @@ static char *make_options(const struct bench_args *a, uint32_t first_file)
     return NULL;
 }
 
+static int run_learn(const struct bench_args *a)
+{
+    struct app app;
+    int code = app_open(&app, &a->common);
+    if (code == EXIT_OK)
+        code = learn_bench(&app, &a->learn, &a->scene, a->common.operands + 1,
+                           a->common.n_operands - 1, a->json != 0);
+    app_close(&app);
+    return app_flush(code);
+}
+
 /* The comparison itself is a script beside the peers' own; this process becomes it. */
 static int run_peers(const struct bench_args *a, const char *wanted)
 {
@@ -216,20 +232,22 @@ static int run_peers(const struct bench_args *a, const char *wanted)
 static int run(void *args)
 {
     static const char *const kinds[] = {"kernels", "train", "trace", "buffers", "frame"};
+    static const char *const names[] = {"kernels", "train", "trace", "buffers", "frame", "learn"};
     const struct bench_args *a = args;
     const char *wanted = a->common.n_operands > 0 ? a->common.operands[0] : NULL;
     struct app app;
     char hint[128], *options = NULL;
     bool is_known = !wanted;
     if (a->peers) return run_peers(a, wanted);
+    if (wanted && strcmp(wanted, "learn") == 0) return run_learn(a);
     int code = app_open(&app, &a->common);
     for (size_t i = 0; i < COUNT_OF(kinds); i++) is_known |= wanted && !strcmp(wanted, kinds[i]);
     if (code == EXIT_OK && !is_known) {
-        suggest(hint, sizeof hint, wanted, "", kinds, COUNT_OF(kinds));
+        suggest(hint, sizeof hint, wanted, "", names, COUNT_OF(names));
         code = app_error(
             &app, EXIT_USAGE,
-            "bench \"%s\": nothing of that name (kernels, trace, train, buffers, frame)%s", wanted,
-            hint);
+            "bench \"%s\": nothing of that name (kernels, trace, train, buffers, frame, learn)%s",
+            wanted, hint);
     }
     if (code == EXIT_OK) options = make_options(a, wanted ? 1 : 0);
     if (code == EXIT_OK && !options) code = app_error(&app, EXIT_FAILED, "out of memory");
@@ -259,8 +277,8 @@ static int run(void *args)
 
 const struct command command_bench = {
     .name = "bench",
-    .operands = "[kernels|trace|train|buffers|frame] [FILE]...",
-    .summary = "Measure kernels, path tracing, training steps, buffers and frames",
+    .operands = "[kernels|trace|train|buffers|frame|learn] [FILE]...",
+    .summary = "Measure kernels, path tracing, training steps, buffers, frames and learning",
     .groups = groups,
     .n_groups = COUNT_OF(groups),
     .args_size = sizeof(struct bench_args),

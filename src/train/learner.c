@@ -144,6 +144,7 @@ lmn_status learner_new(const struct workplace *place, const struct learner_optio
     l->place = *place;
     l->options = *options;
     TRY(sight_init(&l->sight, place->scene, err));
+    l->sight.cpu = place->cpu;
     l->trace = *trace;
     l->trace.spp = options->spp;
     l->trace.splats = false;

@@ -36,6 +36,7 @@ struct sight {
     uint32_t n_positions, n_features;
     uint32_t n_variables; /* of v */
     uint32_t *variables;  /* [n_variables], into scene->variables */
+    uint32_t cpu; /* flags of base/cpu.h that sight_look() may use: 0 until the owner sets them */
 };
 
 lmn_status sight_init(struct sight *s, const struct scene *scene, struct error *err);
@@ -47,7 +48,9 @@ struct field_config sight_field(const struct sight *s);
 /* v [n_variables] of the configuration u. */
 void sight_variables(const struct sight *s, const float *u, float *v);
 
-/* buffers [n][BUFFER_CHANNELS] -> positions [n][n_positions][3], features [n][n_features],
+/* The same bytes for any `cpu`.
+ *
+ * buffers [n][BUFFER_CHANNELS] -> positions [n][n_positions][3], features [n][n_features],
  * scale [n][3] (all 0 where nothing was hit). What is not finite becomes 0. */
 void sight_look(const struct sight *s, const struct scene_state *state, const float *buffers,
                 uint32_t n, float *positions, float *features, float *scale);

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/cpu.h"
 #include "base/mem.h"
 #include "tiny.h"
 
@@ -124,12 +125,59 @@ static void surfaces_are_told_apart(void **state)
     for (int c = 0; c < 3; c++) assert_true(nothing.scale[c] == 0.0f);
 }
 
+/* Whole frames with every kind of pixel, seen with every instruction set: the same bytes. */
+static void instruction_sets_agree(void **state)
+{
+    enum { W = 23, H = 17, N = W * H };
+    static const uint32_t sets[] = {CPU_AVX2, CPU_AVX2 | CPU_AVX512};
+    const size_t n_positions = (size_t)N * sight.n_positions * 3;
+    const size_t n_features = (size_t)N * sight.n_features;
+    float u[N_VARIABLES] = {0.5f, 0.25f, 0.9f},
+          *buffers = mem_new(N, sizeof(float[BUFFER_CHANNELS]));
+    float *positions = mem_new(2 * n_positions, sizeof(float));
+    float *features = mem_new(2 * n_features, sizeof(float));
+    float *scale = mem_new(2 * 3 * N, sizeof(float));
+    struct trace_settings t;
+    struct trace_output output = {.buffers = buffers};
+    const struct window window = {W, H, 0, 0, W, H};
+    (void)state;
+    assert_true(buffers && positions && features && scale);
+    trace_settings_init(&t, tiny.scene);
+    for (int k = 0; k < 2; k++) {
+        u[IS_THERE] = k ? 0.1f : 0.9f;
+        view_set(view, u);
+        view_trace(view, &t, &window, &output);
+        for (int i = 0; i < BUFFER_CHANNELS; i++) buffers[i * (BUFFER_CHANNELS + 1)] = NAN;
+        for (size_t i = 0; i < sizeof sets / sizeof *sets; i++) {
+            if ((cpu_detect() & sets[i]) != sets[i]) continue;
+            for (uint32_t n = 1; n <= N; n += n < 40 ? 1 : N - 40) {
+                sight.cpu = 0;
+                sight_look(&sight, view_state(view), buffers, n, positions, features, scale);
+                sight.cpu = sets[i];
+                sight_look(&sight, view_state(view), buffers, n, positions + n_positions,
+                           features + n_features, scale + 3 * N);
+                sight.cpu = 0;
+                assert_memory_equal(positions, positions + n_positions,
+                                    3 * (size_t)n * sight.n_positions * sizeof(float));
+                assert_memory_equal(features, features + n_features,
+                                    (size_t)n * sight.n_features * sizeof(float));
+                assert_memory_equal(scale, scale + 3 * N, 3 * (size_t)n * sizeof(float));
+            }
+        }
+    }
+    mem_free(buffers);
+    mem_free(positions);
+    mem_free(features);
+    mem_free(scale);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frames_follow_their_things),
         cmocka_unit_test(hidden_things_give_zeros),
         cmocka_unit_test(surfaces_are_told_apart),
+        cmocka_unit_test(instruction_sets_agree),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

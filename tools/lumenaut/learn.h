@@ -11,7 +11,7 @@
  *
  *   TESTS/SCENE-HASH/hard-PROBE-N.json       which configurations are hard (learn_hard.c)
  *   TESTS/SCENE-HASH/SIZE-SPP-HOW/X-I.exr    references, two halves each (learn_tests.c)
- *   OUT/SCENE-METHOD-SEED.lmn, .metrics.jsonl   the training (learn_train.c)
+ *   OUT/SCENE-METHOD-SEED.lmn, .lmn.state, .metrics.jsonl   the training (learn_train.c)
  *   OUT/SCENE-METHOD-SEED.jsonl              a line of what is measured, then one per evaluation
  *   OUT/results.json                         all of it, with a summary (learn_results.c)
  *

@@ -53,6 +53,11 @@ static int train_probe(struct app *app, const struct learn_args *a, const lmn_sc
     }
     if (status == LMN_OK && app_signal()) status = LMN_ERR_CANCELLED;
     if (status == LMN_OK) status = lmn_trainer_save(trainer, path);
+    if (status == LMN_OK) {
+        char state[LEARN_PATH];
+        learn_path(state, "%s.state", path);
+        unlink(state); /* it will not go on */
+    }
     lmn_trainer_free(trainer);
     app_end(app);
     return status == LMN_OK ? EXIT_OK : app_failed(app, status, BLAME_WORK);

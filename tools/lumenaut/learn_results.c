@@ -387,7 +387,7 @@ static void print_set(const struct learn_results *r, const struct learn_scene *s
         }
         printf("  ");
         for (int k = 0; k < N_LEARN_METRICS; k++)
-            if (isfinite(v[k].uniform_ratio)) printf(" %6.3f", v[k].uniform_ratio);
+            if (!is_faithful && isfinite(v[k].uniform_ratio)) printf(" %6.3f", v[k].uniform_ratio);
         printf("\n");
     }
     printf("%-*s %8.5f %8.5f %8.5f\n\n", width, noise_label, noise->mape, noise->relmse,

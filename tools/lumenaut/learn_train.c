@@ -25,7 +25,7 @@ struct training {
     lmn_train_stats stats;
     struct train_log log;
     char *header; /* the first line of the file of results, newline included */
-    char model[LEARN_PATH], path[LEARN_PATH];
+    char model[LEARN_PATH], state[LEARN_PATH], path[LEARN_PATH];
     double measured; /* position() of the last evaluation; 0: none */
     double saved_clock_s;
 };
@@ -46,7 +46,7 @@ static double position(const struct learn_job *job, const lmn_train_stats *stats
  * logarithmic axis; and at the end. */
 static double next_due(const struct learn_job *job, double last)
 {
-    static const double times[] = {15, 30, 60, 120, 180, 300, 420, 600, 900, 1200};
+    static const double times[] = {5, 10, 15, 30, 60, 120, 180, 300, 420, 600, 900, 1200};
     const double end = end_of(job);
     double due = job->steps ? 1.0 : times[0];
     for (size_t i = 0; due <= last; i++) {
@@ -236,8 +236,12 @@ static int begin(struct training *t, const char *text)
     const struct learn_job *job = t->job;
     lmn_train_options options = job->method->options;
     bool needs_header;
-    const bool resumes = text && access(t->model, R_OK) == 0;
+    const bool resumes = text && access(t->state, R_OK) == 0;
     options.seed = job->seed;
+    if (!resumes) { /* what is there is not of this training */
+        unlink(t->state);
+        unlink(t->model);
+    }
     const lmn_status status =
         resumes ? lmn_trainer_resume(t->app->context, job->scene, t->model, 0, &t->trainer)
                 : lmn_trainer_new(t->app->context, job->scene, &options, &t->trainer);
@@ -306,6 +310,7 @@ int learn_train(const struct learn_job *job)
     char phase[LEARN_NAME + 32];
     bool is_usable = false;
     learn_path(t.model, "%s.lmn", job->base);
+    learn_path(t.state, "%s.lmn.state", job->base);
     learn_path(t.path, "%s.jsonl", job->base);
     char *text = learn_load_text(t.path);
     int code = make_header(&t);

@@ -324,8 +324,9 @@ void field_outputs(const struct field *f, const struct worker *w, uint32_t n, fl
     const uint32_t panel = f->kernels.panel;
     for (uint32_t r = 0; r < n; r++) memcpy(o + r * N_OUT, w->y + r * panel, sizeof(float[N_OUT]));
     for (uint32_t i = 0; i < n * N_OUT; i++) {
-        const float low = o[i] > LEAST_OUTPUT ? o[i] : LEAST_OUTPUT;
-        values[i] = exp_plain(low < MOST_OUTPUT ? low : MOST_OUTPUT);
+        /* What is no number stays so: training must notice. */
+        const float low = o[i] < LEAST_OUTPUT ? LEAST_OUTPUT : o[i];
+        values[i] = exp_plain(low > MOST_OUTPUT ? MOST_OUTPUT : low);
     }
 }
 

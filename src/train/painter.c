@@ -5,37 +5,54 @@
 
 #include "base/clock.h"
 #include "base/mem.h"
+#include "base/pool.h"
 #include "train/inputs.h"
+
+/* Tiles of the picture, those of tracing: parts of a multiple of FIELD_PART pixels. */
+enum { TILE = 32, TILE_PIXELS = TILE * TILE, TILES_PER_WORKER = 32 };
+
+/* Takes `count` zeroed floats and counts them. */
+static bool take(struct painter *p, size_t count, float **out)
+{
+    *out = mem_new(count, sizeof **out);
+    if (*out) p->memory_size += count * sizeof **out;
+    return *out != NULL;
+}
+
+static bool take_strip(struct painter *p)
+{
+    const size_t n = PAINTER_PIXELS;
+    return take(p, n * BUFFER_CHANNELS, &p->buffers) && take(p, n * GENERATOR_INPUTS, &p->inputs) &&
+           take(p, n * 3, &p->color);
+}
+
+static bool take_desks(struct painter *p)
+{
+    const struct sight *sight = p->network.sight;
+    const size_t n = TILE_PIXELS;
+    const uint32_t n_workers = pool_n_workers(p->place->pool);
+    bool is_whole = (p->desks = mem_new(n_workers, sizeof *p->desks)) != NULL;
+    while (is_whole && p->n_desks < n_workers) {
+        struct painter_desk *d = &p->desks[p->n_desks++];
+        is_whole = take(p, n * BUFFER_CHANNELS, &d->buffers) &&
+                   take(p, n * sight->n_positions * 3, &d->positions) &&
+                   take(p, n * sight->n_features, &d->features) && take(p, n * 3, &d->scale) &&
+                   take(p, n * 3, &d->color);
+    }
+    return is_whole;
+}
 
 lmn_status painter_init(struct painter *p, const struct workplace *place,
                         const struct painter_network *network, struct error *err)
 {
-    const size_t n = PAINTER_PIXELS;
-    const struct sight *sight = network->sight;
-    *p = (struct painter){.place = place, .network = *network};
-    p->v = mem_new(place->scene->n_variables, sizeof *p->v);
-    p->buffers = mem_new(n, sizeof(float[BUFFER_CHANNELS]));
-    p->color = mem_new(n, sizeof(float[3]));
-    bool has_inputs;
-    if (network->field) {
-        const size_t n_each = 3 * (size_t)sight->n_positions + sight->n_features + 3;
-        p->positions = mem_new(n * sight->n_positions, sizeof(float[3]));
-        p->features = mem_new(n * sight->n_features, sizeof(float));
-        p->scale = mem_new(n, sizeof(float[3]));
-        p->memory_size = n * n_each * sizeof(float);
-        has_inputs = p->positions && p->features && p->scale;
-    } else {
-        p->inputs = mem_new(n, sizeof(float[GENERATOR_INPUTS]));
-        p->memory_size = n * sizeof(float[GENERATOR_INPUTS]);
-        has_inputs = p->inputs != NULL;
-    }
     lmn_status status = LMN_OK;
-    if (p->v && p->buffers && has_inputs && p->color)
+    *p = (struct painter){.place = place, .network = *network};
+    p->v = mem_new((size_t)place->scene->n_variables + 1, sizeof *p->v);
+    if (p->v && (network->field ? take_desks(p) : take_strip(p)))
         status = view_new(place->world, &p->view, err);
     else
         status = fail_memory(err, "rendering by the network");
     if (status != LMN_OK) painter_release(p);
-    p->memory_size += n * sizeof(float[BUFFER_CHANNELS + 3]);
     return status;
 }
 
@@ -46,9 +63,12 @@ void painter_release(struct painter *p)
     mem_free(p->buffers);
     mem_free(p->inputs);
     mem_free(p->color);
-    mem_free(p->positions);
-    mem_free(p->features);
-    mem_free(p->scale);
+    for (uint32_t i = 0; i < p->n_desks; i++) {
+        struct painter_desk *d = &p->desks[i];
+        float *const blocks[] = {d->buffers, d->positions, d->features, d->scale, d->color};
+        for (size_t k = 0; k < sizeof blocks / sizeof *blocks; k++) mem_free(blocks[k]);
+    }
+    mem_free(p->desks);
     *p = (struct painter){0};
 }
 
@@ -62,44 +82,115 @@ static lmn_status new_image(const struct model_render_options *options, struct i
                       names, err);
 }
 
-/* color [n][3] from the strip's buffers. */
-static void paint_pixels(struct painter *p, size_t n, float *color)
+/* Colours, and buffers if there is room for them, as rows of the image. */
+static void put_pixels(float *to, uint32_t n_channels, const float *color, const float *buffers,
+                       size_t n)
 {
-    if (p->network.generator) {
-        inputs_from_buffers(p->place->scene, p->buffers, n, p->inputs);
-        generator_render(p->network.generator, p->inputs, p->v, n, color);
+    if (n_channels == 3) {
+        memcpy(to, color, n * sizeof(float[3]));
         return;
     }
-    const struct field_run run = {.n = (uint32_t)n,
-                                  .positions = p->positions,
-                                  .features = p->features,
-                                  .scale = p->scale,
-                                  .v = p->v};
-    sight_look_parallel(p->network.sight, p->place->pool, view_state(p->view), p->buffers, run.n,
-                        p->positions, p->features, p->scale);
-    field_render(p->network.field, &run, color);
-    sight_add_emission(p->buffers, run.n, color);
+    for (size_t i = 0; i < n; i++, to += n_channels) {
+        memcpy(to, color + 3 * i, sizeof(float[3]));
+        memcpy(to + 3, buffers + i * BUFFER_CHANNELS, sizeof(float[BUFFER_CHANNELS]));
+    }
 }
 
-/* One strip of the window, into its rows of the image. */
-static lmn_status paint_strip(struct painter *p, const struct trace_settings *settings,
-                              const struct window *strip, float *rows, uint32_t n_channels,
+/* What all parts of a frame share. */
+struct painting {
+    struct painter *p;
+    const struct trace_settings *settings;
+    struct window window;
+    struct image *image;
+    uint32_t first, columns; /* of the tiles now at work */
+};
+
+/* ---- The compact network: tile by tile ---- */
+
+static void paint_tile(void *ctx, uint32_t item, uint32_t worker)
+{
+    const struct painting *f = ctx;
+    struct painter *p = f->p;
+    struct painter_desk *d = &p->desks[worker];
+    const struct window *w = &f->window;
+    const uint64_t start = clock_ticks();
+    const uint32_t index = f->first + item, n_channels = f->image->n_channels;
+    const uint32_t x = index % f->columns * TILE, y = index / f->columns * TILE;
+    struct window tile = *w;
+    tile.x += x;
+    tile.y += y;
+    tile.width = w->width - x < TILE ? w->width - x : TILE;
+    tile.height = w->height - y < TILE ? w->height - y : TILE;
+    const uint32_t n = tile.width * tile.height;
+    const struct field_run run = {
+        .n = n, .positions = d->positions, .features = d->features, .scale = d->scale};
+    struct trace_output output = {.buffers = d->buffers};
+    view_trace(p->view, f->settings, &tile, &output);
+    const uint64_t traced = clock_ticks();
+    sight_look(p->network.sight, view_state(p->view), d->buffers, n, d->positions, d->features,
+               d->scale);
+    const uint64_t looked = clock_ticks();
+    field_render_part(p->network.field, worker, &run, d->color);
+    const uint64_t rendered = clock_ticks();
+    sight_add_emission(d->buffers, n, d->color);
+    for (size_t i = 0; i < tile.height; i++)
+        put_pixels(f->image->data + ((y + i) * w->width + x) * n_channels, n_channels,
+                   d->color + i * tile.width * 3, d->buffers + i * tile.width * BUFFER_CHANNELS,
+                   tile.width);
+    d->buffer_ticks += traced - start;
+    d->look_ticks += looked - traced;
+    d->network_ticks += rendered - looked;
+    d->other_ticks += clock_ticks() - rendered;
+}
+
+/* In runs of tiles long enough to keep all workers busy. */
+static lmn_status paint_tiles(struct painting *f, lmn_progress_fn *progress, void *progress_user,
                               struct error *err)
 {
-    size_t n = (size_t)strip->width * strip->height;
-    struct trace_output output = {.buffers = p->buffers};
-    lmn_status status = view_trace_parallel(p->view, p->place->pool, settings, strip, &output, NULL,
-                                            NULL, err);
-    if (status != LMN_OK) return status;
-    if (n_channels == 3) {
-        paint_pixels(p, n, rows);
-        return LMN_OK;
+    struct painter *p = f->p;
+    const struct window *w = &f->window;
+    const uint32_t rows = (w->height + TILE - 1) / TILE;
+    f->columns = (w->width + TILE - 1) / TILE;
+    const uint32_t n = f->columns * rows;
+    const uint32_t run = progress ? TILES_PER_WORKER * p->n_desks : n;
+    for (uint32_t i = 0; i < p->n_desks; i++) {
+        struct painter_desk *d = &p->desks[i];
+        d->buffer_ticks = d->look_ticks = d->network_ticks = d->other_ticks = 0;
     }
-    paint_pixels(p, n, p->color);
-    for (size_t i = 0; i < n; i++) {
-        memcpy(rows + i * n_channels, p->color + 3 * i, sizeof(float[3]));
-        memcpy(rows + i * n_channels + 3, p->buffers + i * BUFFER_CHANNELS,
-               sizeof(float[BUFFER_CHANNELS]));
+    field_begin(p->network.field, p->v);
+    for (; f->first < n; f->first += run) {
+        const uint32_t n_items = n - f->first < run ? n - f->first : run;
+        pool_run(p->place->pool, n_items, paint_tile, f);
+        if (progress && progress(progress_user, f->first + n_items, n) != 0)
+            return fail(err, LMN_ERR_CANCELLED, "rendering was stopped");
+    }
+    return LMN_OK;
+}
+
+/* ---- The paper's network: strip by strip ---- */
+
+static lmn_status paint_strips(const struct painting *f, lmn_progress_fn *progress,
+                               void *progress_user, struct error *err)
+{
+    struct painter *p = f->p;
+    const struct window *w = &f->window;
+    const uint32_t most = PAINTER_PIXELS / w->width, n_channels = f->image->n_channels;
+    for (uint32_t y = 0; y < w->height;) {
+        struct window strip = *w;
+        strip.y = w->y + y;
+        strip.height = w->height - y < most ? w->height - y : most;
+        const size_t n = (size_t)strip.width * strip.height;
+        struct trace_output output = {.buffers = p->buffers};
+        const lmn_status status = view_trace_parallel(p->view, p->place->pool, f->settings, &strip,
+                                                      &output, NULL, NULL, err);
+        if (status != LMN_OK) return status;
+        inputs_from_buffers(p->place->scene, p->buffers, n, p->inputs);
+        generator_render(p->network.generator, p->inputs, p->v, n, p->color);
+        put_pixels(f->image->data + (size_t)y * w->width * n_channels, n_channels, p->color,
+                   p->buffers, n);
+        y += strip.height;
+        if (progress && progress(progress_user, y, w->height) != 0)
+            return fail(err, LMN_ERR_CANCELLED, "rendering was stopped");
     }
     return LMN_OK;
 }
@@ -133,19 +224,11 @@ lmn_status painter_render(struct painter *p, const float *u,
     else
         sight_variables(p->network.sight, u, p->v);
 
-    uint32_t most = PAINTER_PIXELS / w->width;
-    for (uint32_t y = 0; y < w->height;) {
-        struct window strip = *w;
-        strip.y = w->y + y;
-        strip.height = w->height - y < most ? w->height - y : most;
-        float *rows = im.data + (size_t)y * w->width * im.n_channels;
-        TRY(paint_strip(p, &settings, &strip, rows, im.n_channels, err));
-        y += strip.height;
-        if (progress && progress(progress_user, y, w->height) != 0) {
-            status = fail(err, LMN_ERR_CANCELLED, "rendering was stopped");
-            goto done;
-        }
-    }
+    struct painting frame = {.p = p, .settings = &settings, .window = *w, .image = &im};
+    if (p->network.field)
+        TRY(paint_tiles(&frame, progress, progress_user, err));
+    else
+        TRY(paint_strips(&frame, progress, progress_user, err));
     if (render_s) *render_s = clock_wall_s() - start;
     *out = im;
     im = (struct image){0};

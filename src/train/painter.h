@@ -13,21 +13,36 @@ struct painter_network {
     const struct sight *sight; /* of the field */
 };
 
+/* What one worker paints a tile of the compact network in; owned. */
+struct painter_desk {
+    float *buffers;                      /* [TILE_PIXELS][BUFFER_CHANNELS] */
+    float *positions, *features, *scale; /* sight_look() */
+    float *color;                        /* [TILE_PIXELS][3] */
+    /* Ticks of clock_ticks() since the frame began: tracing, sight_look(), the network, the rest.
+     */
+    uint64_t buffer_ticks, look_ticks, network_ticks, other_ticks;
+};
+
 /*
- * Frames by the network: what model_render() and evaluation share. Works through the window in
- * strips of rows: buffers of the strip (all workers), network inputs, network; so that memory does
- * not grow with the picture.
+ * Frames by the network: what model_render() and evaluation share.
+ *
+ * The compact network works tile by tile, each by one worker from tracing to colours, so that what
+ * a tile needs stays in its cache. The paper's network works through the window in strips of rows:
+ * buffers of the strip (all workers), network inputs, network. Memory does not grow with the
+ * picture.
  */
 struct painter {
     const struct workplace *place;
     struct painter_network network;
     struct view *view; /* owned */
     float *v;          /* [n_variables]; owned, as all below */
-    float *buffers;    /* [PAINTER_PIXELS][BUFFER_CHANNELS] */
-    float *inputs;     /* [PAINTER_PIXELS][GENERATOR_INPUTS] */
-    float *color;      /* [PAINTER_PIXELS][3] */
-    /* Of the compact network instead of `inputs`: */
-    float *positions, *features, *scale; /* sight_look() */
+    /* Of the paper's network: */
+    float *buffers; /* [PAINTER_PIXELS][BUFFER_CHANNELS] */
+    float *inputs;  /* [PAINTER_PIXELS][GENERATOR_INPUTS] */
+    float *color;   /* [PAINTER_PIXELS][3] */
+    /* Of the compact network: */
+    struct painter_desk *desks; /* [n_desks] */
+    uint32_t n_desks;
     uint64_t memory_size;
 };
 

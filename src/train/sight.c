@@ -6,7 +6,6 @@
 
 #include "base/cpu.h"
 #include "base/mem.h"
-#include "base/pool.h"
 #include "scene/binding.h"
 #include "scene/bounds.h"
 #include "train/inputs.h"
@@ -162,35 +161,6 @@ void sight_look(const struct sight *s, const struct scene_state *state, const fl
         sight_look_avx2(&job);
     else
         sight_look_plain(&job);
-}
-
-enum { LOOK_CHUNK = 1 << 10 };
-
-struct look_job {
-    const struct sight *sight;
-    const struct scene_state *state;
-    const float *buffers;
-    uint32_t n;
-    float *positions, *features, *scale;
-};
-
-static void look_chunk(void *ctx, uint32_t item, uint32_t worker)
-{
-    const struct look_job *j = ctx;
-    const uint32_t at = item * LOOK_CHUNK, n = j->n - at < LOOK_CHUNK ? j->n - at : LOOK_CHUNK;
-    const size_t first = at;
-    (void)worker;
-    sight_look(j->sight, j->state, j->buffers + first * BUFFER_CHANNELS, n,
-               j->positions + first * j->sight->n_positions * 3,
-               j->features + first * j->sight->n_features, j->scale + first * 3);
-}
-
-void sight_look_parallel(const struct sight *s, struct pool *pool, const struct scene_state *state,
-                         const float *buffers, uint32_t n, float *positions, float *features,
-                         float *scale)
-{
-    struct look_job job = {s, state, buffers, n, positions, features, scale};
-    pool_run(pool, (n + LOOK_CHUNK - 1) / LOOK_CHUNK, look_chunk, &job);
 }
 
 /* ---- What learning takes ---- */

@@ -55,13 +55,6 @@ void sight_variables(const struct sight *s, const float *u, float *v);
 void sight_look(const struct sight *s, const struct scene_state *state, const float *buffers,
                 uint32_t n, float *positions, float *features, float *scale);
 
-struct pool;
-
-/* The same, on the pool. */
-void sight_look_parallel(const struct sight *s, struct pool *pool, const struct scene_state *state,
-                         const float *buffers, uint32_t n, float *positions, float *features,
-                         float *scale);
-
 /* The targets of learning: what surfaces scatter, that is color [n][3] without what they emit
  * themselves. What is not finite, or below 0, becomes 0. */
 void sight_targets(const float *color, const float *buffers, uint32_t n, float *targets);

@@ -442,6 +442,11 @@ LMN_API lmn_status lmn_model_eval(lmn_context *context, const lmn_model *model,
 LMN_API lmn_status lmn_plot(lmn_context *context, const char *const *paths, uint32_t n_paths,
                             const char *svg_path);
 
+/* Draws what `lumenaut bench learn` wrote to results.json of one of its scenes, by name: errors
+ * over time, a panel per metric and test set. */
+LMN_API lmn_status lmn_plot_learning(lmn_context *context, const char *results_path,
+                                     const char *scene, const char *svg_path);
+
 /* Measures and describes in JSON: what = "kernels", "trace", "train", "buffers" or "frame".
  * options_json is documented in lumenaut-bench(1). *json belongs to the context until the next
  * call. */

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/file.h"
 #include "base/str.h"
 #include "train/plot_compare.h"
 #include "train/plot_data.h"
@@ -166,31 +165,13 @@ lmn_status plot_svg(const char *const *paths, uint32_t n_paths, const char *svg_
 {
     lmn_status status = LMN_OK;
     struct str body = {0};
-    struct file_writer w = {0};
     double height = 0;
     if (n_paths == 0) return fail(err, LMN_ERR_ARGUMENT, "plot: no runs");
     TRY(n_paths == 1 ? plot_one(paths[0], &body, &height, err)
                      : plot_compare(paths, n_paths, &body, &height, err));
     height -= PANEL_GAP - 34; /* the last panel's labels stay */
-    if (body.failed) {
-        status = fail_memory(err, "a plot");
-        goto done;
-    }
-    TRY(file_writer_open(&w, svg_path, err));
-    fprintf(w.f, /* a short write shows at the commit */
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" width=\"%d\" "
-            "height=\"%d\">\n"
-            "<style>text{font-family:Helvetica,Arial,'DejaVu Sans',sans-serif;fill:#212529}"
-            ".head{font-size:18px;font-weight:bold}.title{font-size:14px;font-weight:bold}"
-            ".label{font-size:12px}.tick{font-size:11px;fill:#5c636a}"
-            ".grid{stroke:#e3e6e8;fill:none}.axis{stroke:#868e96;fill:none}</style>\n"
-            "<rect width=\"100%%\" height=\"100%%\" rx=\"8\" fill=\"#ffffff\"/>\n",
-            PANEL_PAGE_WIDTH, (int)height, PANEL_PAGE_WIDTH, (int)height);
-    fwrite(body.text, 1, body.length, w.f);
-    fputs("</svg>\n", w.f);
-    TRY(file_writer_commit(&w, err));
+    TRY(svg_write_page(&body, PANEL_PAGE_WIDTH, (int)height, svg_path, err));
 done:
-    file_writer_release(&w);
     str_release(&body);
     return status;
 }

@@ -122,9 +122,29 @@ static double nice_time_step(double range, int n_wanted)
     return 86400 * fmax(nice_step(range / 86400, n_wanted), 1);
 }
 
+/* Times that clocks like, on a logarithmic axis. */
+static void add_log_times(struct str *s, const struct axis *x, double top, double bottom)
+{
+    static const double times[] = {0.1, 1,   2,    5,    10,   20,   30,    60,   120,
+                                   300, 600, 1200, 1800, 3600, 7200, 18000, 86400};
+    svg_add_text(s, PANEL_LEFT - 24, bottom + 16, "end", "tick", "time");
+    for (size_t i = 0; i < sizeof times / sizeof *times; i++) {
+        if (times[i] < x->low || times[i] > x->high * (1 + 1e-9)) continue;
+        const double at = axis_place(x, times[i]);
+        svg_add_line(s, at, top, at, bottom, "grid");
+        svg_begin_text(s, at, bottom + 16, "middle", "tick");
+        svg_add_duration(s, times[i]);
+        str_add(s, "</text>\n");
+    }
+}
+
 void panel_add_x_axis(struct str *s, const struct axis *x, double top, double bottom,
                       const struct series *seconds)
 {
+    if (x->is_log) {
+        add_log_times(s, x, top, bottom);
+        return;
+    }
     double step = x->is_time ? nice_time_step(x->high - x->low, 8) : nice_step(x->high - x->low, 8);
     bool has_times = seconds && seconds->n > 0;
     if (step < 1 && !x->is_time) step = 1;
@@ -148,9 +168,32 @@ void panel_add_x_axis(struct str *s, const struct axis *x, double top, double bo
 
 /* ---- Panels ------------------------------------------------------------------------------- */
 
+static void add_place(struct str *s, const char *command, double x, double y)
+{
+    str_add(s, "%s", command);
+    svg_add_fixed(s, x, 1);
+    str_add(s, " ");
+    svg_add_fixed(s, y, 1);
+}
+
+/* The area between the curves low and high. */
+static void add_band(struct str *s, const struct curve *c, const struct axis *x,
+                     const struct axis *y)
+{
+    const size_t n = c->low->n < c->high->n ? c->low->n : c->high->n;
+    if (n < 2) return;
+    str_add(s, "<path stroke=\"none\" opacity=\"0.15\" fill=\"%s\" d=\"", c->color);
+    for (size_t i = 0; i < n; i++)
+        add_place(s, i ? "L" : "M", axis_place(x, c->high->x[i]), axis_place(y, c->high->y[i]));
+    for (size_t i = n; i-- > 0;)
+        add_place(s, "L", axis_place(x, c->low->x[i]), axis_place(y, c->low->y[i]));
+    str_add(s, "Z\"/>\n");
+}
+
 static void add_curve(struct str *s, const struct curve *c, const struct axis *x,
                       const struct axis *y)
 {
+    if (c->points->n == 0) return;
     str_add(s, "<path fill=\"none\" stroke=\"%s\" stroke-linejoin=\"round\" %s", c->color,
             c->is_faint ? "stroke-width=\"1\" opacity=\"0.3\"" : "stroke-width=\"1.8\"");
     if (c->dashes) str_add(s, " stroke-dasharray=\"%s\"", c->dashes);
@@ -158,11 +201,9 @@ static void add_curve(struct str *s, const struct curve *c, const struct axis *x
     bool is_first = true;
     for (size_t i = 0; i < c->points->n; i++) {
         if (y->is_log && !(c->points->y[i] > 0)) continue;
-        str_add(s, "%s", is_first ? "M" : "L");
+        add_place(s, is_first ? "M" : "L", axis_place(x, c->points->x[i]),
+                  axis_place(y, c->points->y[i]));
         is_first = false;
-        svg_add_fixed(s, axis_place(x, c->points->x[i]), 1);
-        str_add(s, " ");
-        svg_add_fixed(s, axis_place(y, c->points->y[i]), 1);
     }
     str_add(s, "\"/>\n");
     if (!c->has_marks && c->points->n > 1) return;
@@ -182,7 +223,7 @@ lmn_status panel_add(struct str *s, const struct panel *panel, const struct axis
     lmn_status status = LMN_OK;
     size_t n = panel->n_curves;
     bool has_points = false;
-    struct series *thin = mem_new(n, sizeof *thin);
+    struct series *thin = mem_new(3 * n, sizeof *thin); /* the bands' edges after the curves */
     struct curve *curves = mem_new(n, sizeof *curves);
     if (!thin || !curves) {
         status = fail_memory(err, "a plot");
@@ -193,6 +234,9 @@ lmn_status panel_add(struct str *s, const struct panel *panel, const struct axis
         TRY(series_thin(curves[c].points, N_BINS, &thin[c], err));
         curves[c].points = &thin[c];
         has_points |= thin[c].n > 0;
+        if (!curves[c].low || !curves[c].high) continue;
+        thin[n + 2 * c] = *curves[c].low;
+        thin[n + 2 * c + 1] = *curves[c].high;
     }
     for (size_t c = 0; c < n; c++) {
         bool has_clearer = false;
@@ -204,7 +248,7 @@ lmn_status panel_add(struct str *s, const struct panel *panel, const struct axis
 
     double top = *y + (seconds ? 40 : 24), bottom = top + panel->height;
     struct axis value = panel->is_share ? (struct axis){0, 1, bottom, top, false, false}
-                                        : value_axis(thin, n, panel->is_log, top, bottom);
+                                        : value_axis(thin, 3 * n, panel->is_log, top, bottom);
     svg_add_text(s, PANEL_LEFT, *y + 12, "start", "title", panel->title);
     double legend = PANEL_RIGHT;
     for (size_t c = panel->has_no_legend ? 0 : n; c-- > 0;) {
@@ -225,6 +269,8 @@ lmn_status panel_add(struct str *s, const struct panel *panel, const struct axis
     else
         add_linear_grid(s, &value, 4);
     svg_add_line(s, PANEL_LEFT, bottom, PANEL_RIGHT, bottom, "axis");
+    for (size_t c = 0; c < n; c++)
+        if (curves[c].low && curves[c].high) add_band(s, &curves[c], x, &value);
     for (size_t c = 0; c < n; c++) add_curve(s, &curves[c], x, &value);
     *y = bottom + PANEL_GAP;
 done:

@@ -22,7 +22,7 @@ enum {
 struct axis {
     double low, high, at0, at1;
     bool is_log;
-    bool is_time; /* of a horizontal axis: seconds, not steps */
+    bool is_time; /* of a horizontal axis: seconds, not steps; only these may be logarithmic */
 };
 
 double axis_place(const struct axis *a, double v);
@@ -32,7 +32,8 @@ struct curve {
     const char *name, *color;
     bool is_faint; /* noise behind a clearer curve of the same name, when that has points */
     bool has_marks;
-    const char *dashes; /* SVG's stroke-dasharray; NULL is a whole line */
+    const char *dashes;              /* SVG's stroke-dasharray; NULL is a whole line */
+    const struct series *low, *high; /* a band around it, over the same x; NULL: none */
 };
 
 struct panel {

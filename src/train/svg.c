@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "base/file.h"
+
 void svg_add_fixed(struct str *s, double v, int decimals)
 {
     long long scale = 1, n;
@@ -88,4 +90,28 @@ void svg_add_line(struct str *s, double x0, double y0, double x1, double y1, con
     str_add(s, " ");
     svg_add_fixed(s, y1, 1);
     str_add(s, "\"/>\n");
+}
+
+lmn_status svg_write_page(const struct str *body, int width, int height, const char *path,
+                          struct error *err)
+{
+    lmn_status status = LMN_OK;
+    struct file_writer w = {0};
+    if (body->failed) return fail_memory(err, "a plot");
+    TRY(file_writer_open(&w, path, err));
+    fprintf(w.f, /* a short write shows at the commit */
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" width=\"%d\" "
+            "height=\"%d\">\n"
+            "<style>text{font-family:Helvetica,Arial,'DejaVu Sans',sans-serif;fill:#212529}"
+            ".head{font-size:18px;font-weight:bold}.title{font-size:14px;font-weight:bold}"
+            ".label{font-size:12px}.tick{font-size:11px;fill:#5c636a}"
+            ".grid{stroke:#e3e6e8;fill:none}.axis{stroke:#868e96;fill:none}</style>\n"
+            "<rect width=\"100%%\" height=\"100%%\" rx=\"8\" fill=\"#ffffff\"/>\n",
+            width, height, width, height);
+    fwrite(body->text, 1, body->length, w.f);
+    fputs("</svg>\n", w.f);
+    TRY(file_writer_commit(&w, err));
+done:
+    file_writer_release(&w);
+    return status;
 }

@@ -2,6 +2,7 @@
 #ifndef TRAIN_SVG_H
 #define TRAIN_SVG_H
 
+#include "base/error.h"
 #include "base/str.h"
 
 /* Pieces of SVG and the numbers in them, appended to a text. Numbers do not depend on the locale.
@@ -26,5 +27,10 @@ void svg_add_text(struct str *s, double x, double y, const char *anchor, const c
                   const char *text);
 
 void svg_add_line(struct str *s, double x0, double y0, double x1, double y1, const char *css);
+
+/* The page: a head with the classes above ("head", "title", "label", "tick", "grid", "axis") and
+ * the body, written to path, "-" for standard output. */
+lmn_status svg_write_page(const struct str *body, int width, int height, const char *path,
+                          struct error *err);
 
 #endif

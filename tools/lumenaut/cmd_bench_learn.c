@@ -156,6 +156,16 @@ static struct learn_job make_job(const struct learn_results *r, const struct lea
     return job;
 }
 
+/* OUT/SCENE.svg, from OUT/results.json */
+static int save_curves(const struct learn_results *r, const struct learn_scene *s)
+{
+    char results[LEARN_PATH], svg[LEARN_PATH];
+    learn_path(results, "%s/results.json", r->args->out);
+    learn_path(svg, "%s/%s.svg", r->args->out, s->name);
+    const lmn_status status = lmn_plot_learning(r->app->context, results, s->name, svg);
+    return status == LMN_OK ? EXIT_OK : app_failed(r->app, status, BLAME_WORK);
+}
+
 /* All trainings of a scene, seed by seed, so that methods can be compared before all is done. */
 static int run_scene(struct learn_results *r, struct learn_scene *s)
 {
@@ -167,6 +177,7 @@ static int run_scene(struct learn_results *r, struct learn_scene *s)
             if (code == EXIT_OK) code = learn_curve_read(&s->curves[m * r->args->seeds + i], &job);
             s->has_curves = true;
             if (code == EXIT_OK) code = learn_results_save(r);
+            if (code == EXIT_OK) code = save_curves(r, s);
         }
     }
     return code;

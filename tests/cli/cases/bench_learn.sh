@@ -13,6 +13,8 @@ json 'all(v > 0 for n in d["scenes"][0]["noise"].values() for k, v in n.items())
 json 'len(d["scenes"][0]["summary"]) == 6 and all(len(s["methods"]) == 3 for s in d["scenes"][0]["summary"])' \
     <one/results.json
 
+/usr/bin/python3 -c 'import xml.dom.minidom as x; x.parse("one/box.svg")'
+
 # --json prints the same document; nothing is done again
 learn --out one -t 1 --json >again.json
 cmp again.json one/results.json

@@ -9,15 +9,14 @@
 #include "base/mem.h"
 #include "base/str.h"
 
-#define NOISE "\"noise\":{\"uniform\":{\"mape\":0.01},\"hard\":{\"mape\":0.02}}"
-#define AT(time, error)                                                                            \
-    "{\"cpu_s\":" #time ",\"uniform\":{\"mape\":" #error ",\"relmse\":" #error ",\"flip\":" #error \
-    "},\"hard\":{\"mape\":" #error ",\"relmse\":1e300,\"flip\":0}}"
+#define NOISE            "\"noise\":{\"uniform\":{\"mape\":0.01},\"hard\":{\"mape\":0.02}}"
+#define UNIFORM(e)       "\"uniform\":{\"mape\":" #e ",\"relmse\":" #e ",\"flip\":" #e "}"
+#define HARD(e)          "\"hard\":{\"mape\":" #e ",\"relmse\":1e300,\"flip\":0}"
+#define AT(time, e)      "{\"cpu_s\":" #time "," UNIFORM(e) "," HARD(e) "}"
 #define RUN(method, ...) "{\"method\":\"" method "\",\"evaluations\":[" __VA_ARGS__ "]}"
 #define METHODS          "\"methods\":[{\"method\":\"a<b&c\"},{\"method\":\"b\"},{\"method\":\"none\"}]"
-#define SCENE(runs)                                                                                \
-    "{" METHODS ",\"scenes\":[{\"name\":\"other\"},{\"name\":\"x\"," NOISE ",\"runs\":[" runs "]}" \
-                                                                                              "]}"
+#define FIRST            "{" METHODS ",\"scenes\":[{\"name\":\"other\"},{\"name\":\"x\"," NOISE
+#define SCENE(runs)      FIRST ",\"runs\":[" runs "]}]}"
 
 static lmn_status draw(const char *text, const char *scene, char **svg, struct error *err)
 {

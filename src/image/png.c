@@ -9,6 +9,7 @@
 #include <png.h>
 
 #include "base/mem.h"
+#include "image/tone.h"
 
 bool png_is(const void *bytes, size_t size)
 {
@@ -190,12 +191,6 @@ failed:
 
 /* ---- Writing ------------------------------------------------------------------------------ */
 
-static uint8_t to_byte(float v)
-{
-    if (!(v > 0)) return 0; /* NaN too */
-    return v >= 1 ? 255 : (uint8_t)(v * 255 + 0.5f);
-}
-
 static bool is_ascii(const char *text)
 {
     for (; *text; text++)
@@ -225,6 +220,7 @@ lmn_status png_encode(const struct image *im, double exposure, struct str *out, 
     lmn_status status = LMN_OK;
     struct codec c = {.out = out};
     png_textp text = NULL;
+    struct tone tone;
     int channels[4];
     uint32_t n = codec_colour_channels(im, channels);
     if (n == 0) return fail(err, LMN_ERR_ARGUMENT, "no channels R, G, B or Y to write as PNG");
@@ -244,12 +240,13 @@ lmn_status png_encode(const struct image *im, double exposure, struct str *out, 
         text[i].compression = is_ascii(a->value) ? PNG_TEXT_COMPRESSION_NONE
                                                  : PNG_ITXT_COMPRESSION_NONE;
     }
+    tone_init(&tone);
     size_t n_pixels = (size_t)im->width * im->height;
     for (size_t i = 0; i < n_pixels; i++) {
         for (uint32_t k = 0; k < n; k++) {
             float v = im->data[i * im->n_channels + (uint32_t)channels[k]];
             bool is_alpha = n % 2 == 0 && k == n - 1;
-            c.samples[i * n + k] = to_byte(is_alpha ? v : srgb_encode((float)exposure * v));
+            c.samples[i * n + k] = is_alpha ? tone_byte(v) : tone_of(&tone, (float)exposure * v);
         }
     }
     if (!write_all(&c, im, text, color_types[n]))

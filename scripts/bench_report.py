@@ -78,10 +78,11 @@ def ours(folder):
         lines += table(("scene", "size", "spp", "ms", "frames/s"), rows)
     if frame:
         lines += ["## A frame by the network", "", f"`lumenaut bench frame --runs {frame['runs']}`", ""]
-        rows = [(scene_name(r["file"]), f"{r['size'][0]}x{r['size'][1]}", r["width"], r["variables"],
-                 f"{r['frame_s']:.2f}", f"{r['buffers_s']:.2f}", f"{r['network_s']:.2f}")
-                for r in frame["results"]]
-        lines += table(("scene", "size", "width", "variables", "frame s", "buffers s", "network s"), rows)
+        rows = [(scene_name(r["file"]), f"{r['size'][0]}x{r['size'][1]}", r["method"], r["width"],
+                 r["variables"], f"{r['frame_s']:.3f}", f"{r['buffers_s']:.3f}", f"{r['network_s']:.3f}",
+                 f"{r['network_gflops']:.0f}") for r in frame["results"]]
+        lines += table(("scene", "size", "method", "width", "variables", "frame s", "buffers s",
+                        "network s", "GFLOP/s"), rows)
     return lines
 
 

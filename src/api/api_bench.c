@@ -192,6 +192,16 @@ static lmn_status read_depth(const json_t *root, const char *key, int32_t *out, 
     return LMN_OK;
 }
 
+static lmn_status read_method(const json_t *root, bool *is_faithful, struct error *err)
+{
+    const json_t *v = json_object_get(root, "method");
+    const char *name = v ? json_string_value(v) : "improved";
+    *is_faithful = name && strcmp(name, "faithful") == 0;
+    if (!*is_faithful && (!name || strcmp(name, "improved") != 0))
+        return fail(err, LMN_ERR_ARGUMENT, "bench: method: neither improved nor faithful");
+    return LMN_OK;
+}
+
 /* An array of texts. They stay those of `root`; *out is the caller's to free. */
 static lmn_status read_texts(const json_t *root, const char *key, const char ***out, uint32_t *n,
                              struct error *err)
@@ -213,7 +223,7 @@ static lmn_status read_options(const json_t *root, struct bench_options *o, cons
 {
     lmn_status status = LMN_OK;
     const json_t *size = json_object_get(root, "size");
-    *o = (struct bench_options){.runs = 5, .width = 512, .depth = 8, .patches = 32};
+    *o = (struct bench_options){.runs = 5, .depth = BENCH_ANY, .patches = 32};
     TRY(read_count(root, "runs", 100000, &o->runs, err));
     TRY(read_count(root, "width", 1024, &o->width, err));
     TRY(read_count(root, "depth", 32, &o->depth, err));
@@ -221,8 +231,9 @@ static lmn_status read_options(const json_t *root, struct bench_options *o, cons
     TRY(read_count(root, "spp", 1 << 20, &o->spp, err));
     TRY(read_depth(root, "max_depth", &o->max_depth, err));
     TRY(read_depth(root, "rr_depth", &o->rr_depth, err));
-    if (o->runs == 0 || o->width == 0 || o->patches == 0)
-        return fail(err, LMN_ERR_ARGUMENT, "bench: runs, width and patches are at least 1");
+    TRY(read_method(root, &o->is_faithful, err));
+    if (o->runs == 0 || o->patches == 0)
+        return fail(err, LMN_ERR_ARGUMENT, "bench: runs and patches are at least 1");
     if (size) {
         o->size[0] = (uint32_t)json_integer_value(json_array_get(size, 0));
         o->size[1] = (uint32_t)json_integer_value(json_array_get(size, 1));

@@ -5,10 +5,14 @@
 #include "api/handles.h"
 #include "base/json.h"
 
+/* The paper's network where nothing else is asked for; a depth of any kind. */
+enum { BENCH_WIDTH = 512, BENCH_DEPTH = 8, BENCH_ANY = 1 << 30 };
+
 /* What lmn_bench() was asked for; lumenaut-bench(1) has the meanings. */
 struct bench_options {
     uint32_t runs;            /* 5 */
-    uint32_t width, depth;    /* of the network: 512, 8 */
+    uint32_t width, depth;    /* of the network: 0, BENCH_ANY: the kind's default */
+    bool is_faithful;         /* frames by the paper's network */
     uint32_t patches;         /* 32 */
     uint32_t size[2];         /* 0: the kind's default */
     uint32_t spp;             /* 0: the kind's default */

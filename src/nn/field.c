@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "base/mem.h"
 #include "base/pool.h"
 #include "base/rng.h"
@@ -184,6 +185,11 @@ void field_init(struct field *f, uint64_t seed)
     field_weights_changed(f);
 }
 
+uint32_t field_n_variables(const struct field *f)
+{
+    return f->config.n_variables;
+}
+
 size_t field_n_weights(const struct field *f)
 {
     return f->n_weights;
@@ -333,20 +339,43 @@ void field_outputs(const struct field *f, const struct worker *w, uint32_t n, fl
 void field_begin(struct field *f, const float *v)
 {
     field_fold(f, v, f->frame_bias);
+    for (uint32_t i = 0; i < f->n_workers; i++)
+        f->workers[i].encode_ticks = f->workers[i].layer_ticks = 0;
+}
+
+void field_ticks(const struct field *f, uint64_t *encode, uint64_t *layers)
+{
+    *encode = *layers = 0;
+    for (uint32_t i = 0; i < f->n_workers; i++) {
+        *encode += f->workers[i].encode_ticks;
+        *layers += f->workers[i].layer_ticks;
+    }
+}
+
+double field_flop(const struct field *f)
+{
+    double n = 0.0;
+    for (uint32_t l = 0; l < f->n_layers; l++) n += (double)f->layers[l].n_out * f->layers[l].n_in;
+    return 2.0 * n;
 }
 
 void field_render_part(const struct field *f, uint32_t worker, const struct field_run *run,
                        float *out)
 {
-    const struct worker *w = &f->workers[worker];
+    struct worker *w = &f->workers[worker];
     float o[MAX_TILE_ROWS * N_OUT], values[MAX_TILE_ROWS * N_OUT];
     for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
         const uint32_t rest = run->n - first, n = rest < f->tile_rows ? rest : f->tile_rows;
         const float *scale = run->scale + (size_t)first * N_OUT;
         float *to = out + (size_t)first * N_OUT;
-        field_forward(f, w, f->frame_bias, field_load(f, run, first, n, w->e));
+        const uint64_t start = clock_ticks();
+        const uint32_t n_rows = field_load(f, run, first, n, w->e);
+        const uint64_t encoded = clock_ticks();
+        field_forward(f, w, f->frame_bias, n_rows);
         field_outputs(f, w, n, o, values);
         for (uint32_t i = 0; i < n * N_OUT; i++) to[i] = scale[i] * values[i];
+        w->encode_ticks += encoded - start;
+        w->layer_ticks += clock_ticks() - encoded;
     }
 }
 

@@ -66,6 +66,7 @@ void field_free(struct field *f);
  * of that and whose biases at 0: f starts near `scale`. */
 void field_init(struct field *f, uint64_t seed);
 
+uint32_t field_n_variables(const struct field *f);
 size_t field_n_weights(const struct field *f);
 size_t field_n_table_weights(const struct field *f); /* the first ones */
 
@@ -87,6 +88,14 @@ enum { FIELD_PART = 128 };
 void field_begin(struct field *f, const float *v);
 void field_render_part(const struct field *f, uint32_t worker, const struct field_run *run,
                        float *out);
+
+/* What field_render_part() cost since field_begin(), all workers together, in ticks of
+ * clock_ticks(): grids and features to tiles; layers and outputs. */
+void field_ticks(const struct field *f, uint64_t *encode, uint64_t *layers);
+
+/* Floating-point operations of the layers for one pixel: multiply-adds as two. v, which is folded,
+ * and the grids count for nothing. */
+double field_flop(const struct field *f);
 
 /*
  * The mean loss of all pixels of the runs, at most config.max_pixels, and its exact gradient.

@@ -28,11 +28,12 @@ struct layer {
 
 /* What one thread works in; see kernels.h for the layout of a tile. */
 struct worker {
-    float *e;       /* tile of the inputs */
-    float *h;       /* [depth] tiles */
-    float *y;       /* one panel */
-    float *bias;    /* [width_padded]: b1 + columns of v */
-    float *scratch; /* the kernels' own */
+    float *e;                           /* tile of the inputs */
+    float *h;                           /* [depth] tiles */
+    float *y;                           /* one panel */
+    float *bias;                        /* [width_padded]: b1 + columns of v */
+    float *scratch;                     /* the kernels' own */
+    uint64_t encode_ticks, layer_ticks; /* of field_render_part() */
 
     /* Training only. */
     float *q;  /* one panel whose first lane is 1: the gradient of its weights is the biases' */

@@ -46,8 +46,10 @@ lmn_status painter_init(struct painter *p, const struct workplace *place,
                         const struct painter_network *network, struct error *err)
 {
     lmn_status status = LMN_OK;
+    const uint32_t n_scene = place->scene->n_variables;
+    const uint32_t n_network = network->field ? field_n_variables(network->field) : 0;
     *p = (struct painter){.place = place, .network = *network};
-    p->v = mem_new((size_t)place->scene->n_variables + 1, sizeof *p->v);
+    p->v = mem_new((size_t)(n_scene > n_network ? n_scene : n_network) + 1, sizeof *p->v);
     if (p->v && (network->field ? take_desks(p) : take_strip(p)))
         status = view_new(place->world, &p->view, err);
     else

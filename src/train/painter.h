@@ -35,7 +35,8 @@ struct painter {
     const struct workplace *place;
     struct painter_network network;
     struct view *view; /* owned */
-    float *v;          /* [n_variables]; owned, as all below */
+    float *v; /* the scene's variables, zeros after them if the network takes more; owned, as all
+                 below */
     /* Of the paper's network: */
     float *buffers; /* [PAINTER_PIXELS][BUFFER_CHANNELS] */
     float *inputs;  /* [PAINTER_PIXELS][GENERATOR_INPUTS] */

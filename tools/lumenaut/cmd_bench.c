@@ -9,7 +9,7 @@
 
 struct bench_args {
     struct common_args common;
-    uint32_t runs, width, depth, patches;
+    uint32_t runs, width, depth, has_depth, patches, method;
     uint32_t size[2], has_size;
     uint32_t spp;
     int32_t max_depth, rr_depth;
@@ -32,17 +32,26 @@ static const struct arg_option bench_options[] = {
     {.name = "width",
      .type = ARG_COUNT,
      .argument = "N",
-     .help = "features per layer of the network (train, frame)",
+     .help = "features per layer of the network (kernels, train, frame)",
+     .fallback = "512; frame, improved: 64",
      .min = 1,
      .max = 1024,
      .offset = offsetof(struct bench_args, width)},
     {.name = "depth",
      .type = ARG_COUNT,
      .argument = "N",
-     .help = "hidden layers after the first two (train, frame)",
+     .help = "hidden layers after the first two; improved: hidden layers (kernels, train, frame)",
+     .fallback = "8; frame, improved: 4",
      .min = 0,
      .max = 32,
-     .offset = offsetof(struct bench_args, depth)},
+     .offset = offsetof(struct bench_args, depth),
+     .given = offsetof(struct bench_args, has_depth)},
+    {.name = "method",
+     .type = ARG_CHOICE,
+     .argument = "NAME",
+     .help = "whose network makes the frames",
+     .choices = "improved faithful",
+     .offset = offsetof(struct bench_args, method)},
     {.name = "patches",
      .type = ARG_COUNT,
      .argument = "N",
@@ -114,8 +123,6 @@ static void init(void *args)
 {
     struct bench_args *a = args;
     a->runs = 5;
-    a->width = 512;
-    a->depth = 8;
     a->patches = 32;
     learn_args_init(&a->learn);
 }
@@ -176,9 +183,10 @@ static char *make_options(const struct bench_args *a, uint32_t first_file)
     struct json_out j = {.f = f};
     jo_object(&j, NULL);
     jo_count(&j, "runs", a->runs);
-    jo_count(&j, "width", a->width);
-    jo_count(&j, "depth", a->depth);
+    if (a->width) jo_count(&j, "width", a->width);
+    if (a->has_depth) jo_count(&j, "depth", a->depth);
     jo_count(&j, "patches", a->patches);
+    jo_string(&j, "method", a->method ? "faithful" : "improved");
     if (a->spp) jo_count(&j, "spp", a->spp);
     if (a->has_max_depth) jo_number(&j, "max_depth", a->max_depth);
     if (a->has_rr_depth) jo_number(&j, "rr_depth", a->rr_depth);

@@ -333,6 +333,15 @@ LMN_API lmn_status lmn_trainer_new(lmn_context *context, const lmn_scene *scene,
  * the state beside it. Refuses a changed scene unless `force`, and another training's state. */
 LMN_API lmn_status lmn_trainer_resume(lmn_context *context, const lmn_scene *scene,
                                       const char *path, int force, lmn_trainer **out);
+
+/* Fine-tuning: gives a trainer of the improved method that has not made a step the weights of a
+ * model of that method, of the same width and depth, trained on another version of the scene. They
+ * are taken over by the names of what moves and of variables; what is new starts as ever, what is
+ * gone is dropped. *report, when not NULL, gets lines that tell of each ("taken over: variable
+ * door", "new: ...", "dropped: ..."), valid as long as the trainer. The model is not needed again.
+ */
+LMN_API lmn_status lmn_trainer_start_from(lmn_trainer *trainer, const char *path,
+                                          const char **report);
 LMN_API void lmn_trainer_free(lmn_trainer *trainer);
 
 typedef struct lmn_train_stats {
@@ -402,6 +411,7 @@ typedef struct lmn_model_info {
     char **defines;       /* n_defines strings "name=value" */
     uint32_t n_defines;
     uint64_t scene_hash, step, n_weights;
+    uint32_t method, width, depth; /* of the options */
     double cpu_s;
 } lmn_model_info;
 

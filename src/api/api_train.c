@@ -133,6 +133,11 @@ done:
     return status;
 }
 
+lmn_status lmn_trainer_start_from(lmn_trainer *trainer, const char *path, const char **report)
+{
+    return trainer_start_from(trainer->trainer, path, report, context_begin(trainer->context));
+}
+
 void lmn_trainer_free(lmn_trainer *trainer)
 {
     if (!trainer) return;

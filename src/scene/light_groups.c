@@ -10,7 +10,7 @@ enum { MAX_NAME = LIGHT_GROUP_NAME };
 /* ---- Names of emitters ----------------------------------------------------------------------- */
 
 /* "lamp" of "lamp.scale": the path of an emitter's first parameter but for its last part. */
-static void name_emitter(struct str *text, const struct scene *s, uint32_t emitter)
+void emitter_name(struct str *text, const struct scene *s, uint32_t emitter)
 {
     for (uint32_t i = 0; i < s->n_params; i++) {
         const struct param *p = &s->params[i];
@@ -29,7 +29,7 @@ static lmn_status name_emitters(struct str *text, const struct scene *s, const c
     size_t *starts = mem_new((size_t)s->n_emitters + 1, sizeof *starts);
     for (uint32_t i = 0; starts && i < s->n_emitters; i++) {
         starts[i] = text->length;
-        name_emitter(text, s, i);
+        emitter_name(text, s, i);
         str_add_bytes(text, "", 1);
     }
     bool is_short = !starts || text->failed;

@@ -19,6 +19,9 @@ struct light_groups {
     struct str text;
 };
 
+/* Adds the name of an emitter to `text`, as its parameters begin: "lamp.emitter", "sky". */
+void emitter_name(struct str *text, const struct scene *s, uint32_t emitter);
+
 /* text: "ceiling=lamp_1,lamp_2;outside=sky", NULL or "": nothing. Emitters are named as their
  * parameters are ("lamp.emitter"), or by the shape that they are on ("lamp"). */
 lmn_status light_groups_init(struct light_groups *g, const struct scene *s, const char *text,

@@ -48,6 +48,9 @@ lmn_status checkpoint_read_info(const char *path, lmn_model_info *out, struct er
                             .n_defines = m.n_defines,
                             .scene_hash = m.scene_hash,
                             .step = m.step,
+                            .method = m.options.method,
+                            .width = m.options.width,
+                            .depth = m.options.depth,
                             .n_weights = model_file_n_weights(&m)};
     metrics = metrics_path(path);
     if (!info.scene_path || !info.variables_path || !info.config_json || !info.defines ||

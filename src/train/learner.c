@@ -173,6 +173,12 @@ done:
     return status;
 }
 
+void learner_start(struct learner *l)
+{
+    field_weights_changed(l->field);
+    memcpy(l->average, field_weights(l->field), field_n_weights(l->field) * sizeof(float));
+}
+
 void learner_free(struct learner *l)
 {
     if (!l) return;

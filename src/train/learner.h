@@ -41,6 +41,10 @@ lmn_status learner_new(const struct workplace *place, const struct learner_optio
                        const struct trace_settings *trace, struct learner **out, struct error *err);
 void learner_free(struct learner *l);
 
+/* The weights of the network, which the caller has changed before the first step, are what learning
+ * starts from. */
+void learner_start(struct learner *l);
+
 struct learner_stats {
     uint64_t step, n_configurations; /* traced so far */
     double loss;                     /* of the last batch */

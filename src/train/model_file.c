@@ -77,32 +77,15 @@ done:
 /* "network": what the scene gave it. */
 static lmn_status get_field(struct model_file *m, struct error *err)
 {
-    static const char *const names[3] = {"grids", "features", "variables"};
-    static const json_int_t most[3] = {64, 1024, 65536};
     lmn_status status = LMN_OK;
     const char *text;
-    uint32_t values[3] = {0};
-    json_t *object = NULL;
     TRY(get_text(m, "network", &text, err));
-    object = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
-    for (int i = 0; i < 3; i++) {
-        const json_t *member = json_object_get(object, names[i]);
-        json_int_t value = json_is_integer(member) ? json_integer_value(member) : -1;
-        if (value < 0 || value > most[i]) {
-            status = fail(err, LMN_ERR_PARSE, "%s: \"network\" has no good number of %s",
-                          m->st.path, names[i]);
-            goto done;
-        }
-        values[i] = (uint32_t)value;
-    }
-    m->field = (struct field_config){.n_grids = values[0],
-                                     .grid = learner_grid(),
-                                     .n_features = values[1],
-                                     .n_variables = values[2],
-                                     .width = m->options.width,
-                                     .depth = m->options.depth};
+    TRY(meaning_read(&m->meaning, text, m->st.path, err));
+    m->field = meaning_field(&m->meaning);
+    m->field.grid = learner_grid();
+    m->field.width = m->options.width;
+    m->field.depth = m->options.depth;
 done:
-    json_decref(object);
     return status;
 }
 
@@ -146,6 +129,7 @@ void model_file_release(struct model_file *m)
     safetensors_release(&m->st);
     mem_free(m->defines);
     mem_free(m->names);
+    meaning_release(&m->meaning);
     *m = (struct model_file){0};
 }
 

@@ -3,6 +3,7 @@
 #define TRAIN_MODEL_FILE_H
 
 #include "train/layout.h"
+#include "train/meaning.h"
 #include "train/safetensors.h"
 #include "train/trainer.h"
 
@@ -21,6 +22,7 @@ struct model_file {
     bool has_training;                                /* a state: not only weights */
     const char *scene_path, *variables_path, *config; /* texts in the file */
     struct field_config field; /* improved method: the network, max_pixels 0 */
+    struct meaning meaning;    /* and what its inputs stand for */
     uint32_t n_defines, n_names;
     char **defines; /* [n_defines]; owned, in one block */
     char **names;   /* [n_names], the scene's variables; owned, in one block */

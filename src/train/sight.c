@@ -8,6 +8,7 @@
 #include "base/mem.h"
 #include "scene/binding.h"
 #include "scene/bounds.h"
+#include "scene/light_groups.h"
 #include "train/inputs.h"
 #include "train/sight_inside.h"
 
@@ -115,6 +116,64 @@ struct field_config sight_field(const struct sight *s)
 {
     return (struct field_config){
         .n_grids = s->n_positions, .n_features = s->n_features, .n_variables = s->n_variables};
+}
+
+/* The name of what moves: that of its first shape, or of the emitter. */
+static void name_frame(const struct sight *s, uint32_t k, struct str *to)
+{
+    const struct scene *scene = s->scene;
+    struct scene_frame frame;
+    scene_frame_at(&s->frames, &scene->defaults, k, &frame);
+    if (frame.kind != FRAME_OBJECT) {
+        emitter_name(to, scene, frame.index);
+        return;
+    }
+    const struct group *g = &scene->groups[scene->defaults.instances[frame.index].group];
+    str_add(to, "%s", g->n_shapes > 0 ? scene->shapes[g->first_shape].name : g->name);
+}
+
+static void name_light(const struct sight *s, uint32_t l, struct str *to)
+{
+    if (s->lights[l].shape != SCENE_NONE)
+        str_add(to, "%s", s->scene->shapes[s->lights[l].shape].name);
+    else
+        emitter_name(to, s->scene, s->lights[l].emitter);
+}
+
+lmn_status sight_describe(const struct sight *s, struct meaning *out, struct error *err)
+{
+    lmn_status status = LMN_OK;
+    struct str frames[SIGHT_FRAMES] = {0}, lights[SIGHT_LIGHTS] = {0};
+    *out = (struct meaning){.box_min = s->scene->bounds.min, .box_max = s->scene->bounds.max};
+    for (uint32_t k = 0; k < s->n_frames; k++) name_frame(s, k, &frames[k]);
+    for (uint32_t l = 0; l < s->n_lights; l++) name_light(s, l, &lights[l]);
+    for (uint32_t k = 0; k < s->n_frames; k++) out->failed |= frames[k].failed;
+    for (uint32_t l = 0; l < s->n_lights; l++) out->failed |= lights[l].failed;
+    if (out->failed) {
+        status = fail_memory(err, "the network's inputs");
+        goto done;
+    }
+    /* In the order of sight_look(). */
+    meaning_add(out, MEANING_GRID, 3, "the scene");
+    for (uint32_t k = 0; k < s->n_frames; k++)
+        meaning_add(out, MEANING_GRID, 3, "%s", frames[k].text);
+    meaning_add(out, MEANING_FEATURES, SURFACE_FEATURES, "the surface");
+    for (uint32_t k = 0; k < s->n_frames; k++)
+        meaning_add(out, MEANING_FEATURES, FRAME_FEATURES, "%s", frames[k].text);
+    for (uint32_t l = 0; l < s->n_lights; l++) {
+        meaning_add(out, MEANING_FEATURES, LIGHT_FEATURES, "light from %s", lights[l].text);
+        for (uint32_t k = 0; k < s->n_frames; k++)
+            meaning_add(out, MEANING_FEATURES, PASSAGE_FEATURES, "light from %s past %s",
+                        lights[l].text, frames[k].text);
+    }
+    for (uint32_t i = 0; i < s->n_variables; i++)
+        meaning_add(out, MEANING_VARIABLE, 1, "%s", s->scene->variables[s->variables[i]].name);
+    if (out->failed) status = fail_memory(err, "the network's inputs");
+done:
+    for (uint32_t k = 0; k < s->n_frames; k++) str_release(&frames[k]);
+    for (uint32_t l = 0; l < s->n_lights; l++) str_release(&lights[l]);
+    if (status != LMN_OK) meaning_release(out);
+    return status;
 }
 
 void sight_variables(const struct sight *s, const float *u, float *v)

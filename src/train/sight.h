@@ -5,6 +5,7 @@
 #include "nn/field.h"
 #include "render/view.h"
 #include "scene/frames.h"
+#include "train/meaning.h"
 
 /*
  * What the compact network sees of a pixel (nn/field.h): from the buffers of its first hit and the
@@ -44,6 +45,9 @@ void sight_release(struct sight *s);
 
 /* What the scene asks of a network: grids, features, variables; the rest is 0. */
 struct field_config sight_field(const struct sight *s);
+
+/* What they stand for; release with meaning_release(). */
+lmn_status sight_describe(const struct sight *s, struct meaning *out, struct error *err);
 
 /* v [n_variables] of the configuration u. */
 void sight_variables(const struct sight *s, const float *u, float *v);

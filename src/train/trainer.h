@@ -42,6 +42,15 @@ lmn_status trainer_resume(const struct workplace *place, const char *path, bool 
                           struct trainer **out, struct error *err);
 void trainer_free(struct trainer *t);
 
+/* Gives a training by the improved method that has not made a step yet the weights of a model of
+ * that method, trained on another version of the scene, of the same width and depth. Weights are
+ * taken over by what they stand for (meaning.h): the grids of what moves and the features by its
+ * name, columns of variables by theirs. What is new stays as it is, what is gone is dropped.
+ * *report (may be NULL) gets lines "taken over: variable door", "new: ...", "dropped: ...", without
+ * a newline at the end; the trainer's. */
+lmn_status trainer_start_from(struct trainer *t, const char *path, const char **report,
+                              struct error *err);
+
 /* One step of the optimiser. stats (may be NULL) as trainer_get_stats(). Fails only when the loss
  * is no longer a number; the weights are then as they were before the step. */
 lmn_status trainer_step(struct trainer *t, lmn_train_stats *stats, struct error *err);

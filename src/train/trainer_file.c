@@ -98,15 +98,15 @@ static void get_counters(const struct trainer *t, int64_t c[N_COUNTERS], double 
 }
 
 /* Of the improved method: what the scene gives the network. */
-static void write_network(const struct trainer *t, struct str *to)
+static lmn_status write_network(const struct trainer *t, struct str *to, struct error *err)
 {
-    const struct field_config *c = learner_field_config(t->learner);
+    struct meaning meaning;
     struct json j = {.out = to};
-    json_begin_object(&j, NULL);
-    json_put_integer(&j, "grids", c->n_grids);
-    json_put_integer(&j, "features", c->n_features);
-    json_put_integer(&j, "variables", c->n_variables);
-    json_end(&j);
+    lmn_status status = sight_describe(learner_network(t->learner).sight, &meaning, err);
+    if (status != LMN_OK) return status;
+    meaning_write(&meaning, &j);
+    meaning_release(&meaning);
+    return LMN_OK;
 }
 
 /* The lists in the metadata, as JSON texts. */
@@ -143,7 +143,7 @@ static lmn_status save_part(const struct trainer *t, const char *path, bool is_s
     str_add(&step, "%llu", (unsigned long long)t->step);
     str_add(&training, "%016llx", (unsigned long long)t->training);
     str_add(&version, "%d", MODEL_VERSION);
-    if (t->learner) write_network(t, &network);
+    if (t->learner) TRY(write_network(t, &network, err));
     if (!l || network.failed || options.failed || defines.failed || variables.failed ||
         hash.failed || step.failed || training.failed || version.failed) {
         status = fail_memory(err, path);

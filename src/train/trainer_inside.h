@@ -80,6 +80,8 @@ struct trainer {
     /* Processor time / threads. */
     double cpu_s, trace_s, network_s;
 
+    struct str start_report; /* trainer_start.c */
+
     /* run_log.c */
     struct str line;
     uint64_t chains_told_step; /* last line with the chains; 0: none */
@@ -93,6 +95,8 @@ struct trainer {
 };
 
 size_t trainer_n_weights(const struct trainer *t);
+/* Computes t->training, for a training that is at its start. */
+void trainer_identify(struct trainer *t);
 float *trainer_weights(const struct trainer *t); /* those that are shown */
 
 /* The virtual resolution of a step (Sec. 6.2). */

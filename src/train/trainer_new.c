@@ -169,6 +169,13 @@ static lmn_status new_improved(struct trainer *t, struct error *err)
     return LMN_OK;
 }
 
+void trainer_identify(struct trainer *t)
+{
+    const uint64_t scene = t->place.scene->hash;
+    t->training = hash_bytes(HASH_START, &scene, sizeof scene);
+    t->training = hash_bytes(t->training, trainer_weights(t), trainer_n_weights(t) * sizeof(float));
+}
+
 lmn_status trainer_new(const struct workplace *place, const lmn_train_options *options,
                        struct trainer **out, struct error *err)
 {
@@ -193,8 +200,7 @@ lmn_status trainer_new(const struct workplace *place, const lmn_train_options *o
         TRY(new_improved(t, err));
     else
         TRY(new_faithful(t, dim, err));
-    t->training = hash_bytes(HASH_START, &s->hash, sizeof s->hash);
-    t->training = hash_bytes(t->training, trainer_weights(t), trainer_n_weights(t) * sizeof(float));
+    trainer_identify(t);
     *out = t;
     t = NULL;
 done:
@@ -232,6 +238,7 @@ void trainer_free(struct trainer *t)
     if (t->has_painter) painter_release(&t->painter);
     generator_free(t->generator);
     learner_free(t->learner);
+    str_release(&t->start_report);
     str_release(&t->line);
     mem_free(t);
 }

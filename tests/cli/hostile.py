@@ -349,8 +349,8 @@ def broken(data, method):
     if method == "improved":
         network = json.loads(header["__metadata__"]["network"])
         for key in network:
-            for absurd in (-1, 0, 63, 1 << 62, None, "x"):
-                yield f"network {key} = {absurd}", put("network", json.dumps({**network, key: absurd}))
+            for absurd in (-1, [], ["a"] * 63, ["a"] * 100000, [["a", 1 << 62]], [[1], {}], None):
+                yield f"network {key} = {str(absurd)[:30]}", put("network", json.dumps({**network, key: absurd}))
     for name in [n for n in header if n != "__metadata__"]:
         yield f"no {name}", edit(data, lambda h, k=name: h.pop(k))
         for what, change in {"rows 2^40": {"shape": [1 << 40]}, "I8": {"dtype": "I8"},
@@ -438,6 +438,10 @@ def commands(lumenaut):
         if "m.lmn" in files and " model" in name:
             yield f"render {name}", files, [lumenaut, "render", "m.lmn", "-o", "out.pfm", "--size", "8x8",
                                             *quiet]
+            if "network" in name or "grid" in name:
+                yield f"from {name}", files, [lumenaut, "train", "s.xml", "-o", "x.lmn", "--from", "m.lmn",
+                                              "--memory", "1", "--resolution-max", "16", "--spp", "1",
+                                              "--steps", "1", "--eval-every", "never", *quiet]
         yield f"resume {name}", files, [lumenaut, "train", "s.xml", "-o", "m.lmn", "--resume", "--steps",
                                         "3", "--eval-every", "never", *quiet]
 

@@ -8,8 +8,9 @@
 #include <unistd.h>
 
 #include "base/cpu.h"
-#include "base/cpu.h"
 #include "base/file.h"
+#include "base/mem.h"
+#include "base/str.h"
 #include "train/options.h"
 
 static const char scene_xml[] =
@@ -74,20 +75,50 @@ static void write_text(const char *path, const char *text)
     if (!f || fputs(text, f) < 0 || fclose(f) != 0) abort();
 }
 
-void tiny_init(struct tiny *t, uint32_t n_threads)
+static void load(struct tiny *t)
 {
     struct error err = {0};
+    const struct scene_load_options options = {0};
+    need(scene_load(t->scene_path, &options, &t->scene, &err), &err);
+    need(world_new(t->scene, cpu_detect(), &t->world, &err), &err);
+    t->place.scene = t->scene;
+    t->place.world = t->world;
+}
+
+void tiny_edit(struct tiny *t, const char *old, const char *new)
+{
+    const char *const paths[2] = {t->scene_path, t->variables_path};
+    bool is_found = false;
+    world_free(t->world);
+    scene_free(t->scene);
+    for (int i = 0; i < 2; i++) {
+        size_t size;
+        char *text = tiny_read(paths[i], &size), *at = strstr(text, old);
+        struct str edited = {0};
+        is_found |= at != NULL;
+        if (at) {
+            str_add_bytes(&edited, text, (size_t)(at - text));
+            str_add(&edited, "%s%s", new, at + strlen(old));
+            if (edited.failed) abort();
+            write_text(paths[i], edited.text);
+        }
+        str_release(&edited);
+        mem_free(text);
+    }
+    if (!is_found) abort();
+    load(t);
+}
+
+void tiny_init(struct tiny *t, uint32_t n_threads)
+{
     *t = (struct tiny){.folder = "/tmp/lmn-train-XXXXXX"};
     if (!mkdtemp(t->folder)) abort();
     snprintf(t->scene_path, sizeof t->scene_path, "%s/scene.xml", t->folder);
     snprintf(t->variables_path, sizeof t->variables_path, "%s/scene.variables.json", t->folder);
     write_text(t->scene_path, scene_xml);
     write_text(t->variables_path, variables_json);
-    const struct scene_load_options options = {0};
-    need(scene_load(t->scene_path, &options, &t->scene, &err), &err);
-    need(world_new(t->scene, cpu_detect(), &t->world, &err), &err);
-    t->place = (struct workplace){
-        .scene = t->scene, .world = t->world, .cpu = cpu_detect(), .scene_path = "scenes/tiny.xml"};
+    t->place = (struct workplace){.cpu = cpu_detect(), .scene_path = "scenes/tiny.xml"};
+    load(t);
     tiny_set_threads(t, n_threads);
 }
 

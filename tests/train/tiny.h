@@ -27,6 +27,10 @@ extern struct tiny tiny;
 int tiny_setup(void **state);
 int tiny_teardown(void **state);
 
+/* Replaces the first occurrence of a text in the scene and in its variables, and loads it again:
+ * nothing made from the scene as it was may be in use any more. */
+void tiny_edit(struct tiny *t, const char *old, const char *new);
+
 void tiny_set_threads(struct tiny *t, uint32_t n_threads);
 
 /* A path in the folder; valid until four more calls. */

@@ -145,6 +145,40 @@ static int keep_backup(struct run *r)
     return EXIT_OK;
 }
 
+/* What --from leaves open is as the model has it. */
+static int read_origin(struct run *r, struct train_args *a)
+{
+    lmn_model_info info;
+    if (a->resume)
+        return app_error(&r->app, EXIT_USAGE, "--from: --resume goes on with what %s has learnt",
+                         a->output ? a->output : "the model");
+    const lmn_status status = lmn_model_read_info(r->app.context, a->from, &info);
+    if (status != LMN_OK) return app_failed(&r->app, status, BLAME_INPUT);
+    if (!a->given.method) a->options.method = LMN_METHOD_IMPROVED;
+    if (!a->given.width && info.method == LMN_METHOD_IMPROVED) {
+        a->options.width = info.width;
+        a->given.width = 1;
+    }
+    if (!a->given.depth && info.method == LMN_METHOD_IMPROVED) {
+        a->options.depth = info.depth;
+        a->given.depth = 1;
+    }
+    lmn_model_info_free(&info);
+    return EXIT_OK;
+}
+
+static int start_from(struct run *r)
+{
+    const char *report, *end;
+    const lmn_status status = lmn_trainer_start_from(r->trainer, r->a->from, &report);
+    if (status != LMN_OK) return app_failed(&r->app, status, BLAME_INPUT);
+    for (; *report; report = *end ? end + 1 : end) {
+        end = strchrnul(report, '\n');
+        app_say(&r->app, "%.*s", (int)(end - report), report);
+    }
+    return EXIT_OK;
+}
+
 static int begin(struct run *r)
 {
     const struct train_args *a = r->a;
@@ -158,6 +192,7 @@ static int begin(struct run *r)
     else
         status = lmn_trainer_new(r->app.context, r->scene, &a->options, &r->trainer);
     if (status != LMN_OK) return app_failed(&r->app, status, a->resume ? BLAME_INPUT : BLAME_USER);
+    if (a->from && (code = start_from(r)) != EXIT_OK) return code;
     lmn_trainer_get_options(r->trainer, &used);
     const char *conflict = a->resume ? train_args_conflict(a, &used) : NULL;
     if (conflict)
@@ -226,10 +261,11 @@ static void report(struct run *r)
 
 static int run(void *args)
 {
-    const char *foreign = train_args_finish(args);
     const struct train_args *a = args;
     struct run r = {.a = a, .time_s = a->time_s};
     int code = app_open(&r.app, &a->common);
+    if (code == EXIT_OK && a->from) code = read_origin(&r, args);
+    const char *foreign = train_args_finish(args);
     if (code == EXIT_OK && foreign)
         code = app_error(&r.app, EXIT_USAGE, "--%s: the improved method has no such option",
                          foreign);

@@ -136,6 +136,20 @@ LMN_API lmn_status lmn_image_compare(lmn_context *context, const lmn_image *test
                                      const lmn_image *reference, lmn_metrics *out,
                                      lmn_image **error_map);
 
+/* Pictures beside each other, a row of columns and a caption for each configuration. */
+typedef struct lmn_sheet {
+    uint32_t struct_size;
+    uint32_t n_rows, n_columns;
+    uint32_t n_pictures; /* the first columns; the others are error maps of lmn_image_compare() */
+    const lmn_image *const *images; /* [n_rows][n_columns], of one size in each row */
+    const char *const *headings;    /* [n_columns]; cut where a column ends */
+    const char *const *captions;    /* [n_rows], four lines at most */
+    const double *exposures;        /* [n_rows], of the pictures */
+} lmn_sheet;
+
+/* Draws it; small pictures are enlarged. Save it with exposure 1. */
+LMN_API lmn_status lmn_image_sheet(lmn_context *context, const lmn_sheet *sheet, lmn_image **out);
+
 /* ---- Scenes ------------------------------------------------------------------------------- */
 
 typedef struct lmn_scene_options {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/mem.h"
+#include "image/draw.h"
 #include "image/metrics.h"
 
 lmn_status image_handle(struct image *image, lmn_image **out, struct error *err)
@@ -107,5 +108,46 @@ lmn_status lmn_image_compare(lmn_context *context, const lmn_image *test,
     if (error_map) TRY(image_handle(&map, error_map, err));
 done:
     image_release(&map);
+    return status;
+}
+
+lmn_status lmn_image_sheet(lmn_context *context, const lmn_sheet *sheet, lmn_image **out)
+{
+    lmn_status status = LMN_OK;
+    struct error *err = context_begin(context);
+    struct image drawn = {0};
+    lmn_sheet s;
+    const struct image **images = NULL;
+    struct draw_sheet_row *rows = NULL;
+    *out = NULL;
+    TRY(options_copy("lmn_sheet", sheet, &s, sizeof s, err));
+    if (s.n_rows == 0 || s.n_columns == 0 || s.n_pictures > s.n_columns) {
+        status = fail(err, LMN_ERR_ARGUMENT, "a sheet of %u rows and %u columns, %u of pictures",
+                      s.n_rows, s.n_columns, s.n_pictures);
+        goto done;
+    }
+    images = mem_new((size_t)s.n_rows * s.n_columns, sizeof *images);
+    rows = mem_new(s.n_rows, sizeof *rows);
+    if (!images || !rows) {
+        status = fail_memory(err, "the contact sheet");
+        goto done;
+    }
+    for (uint32_t r = 0; r < s.n_rows; r++) {
+        const size_t first = (size_t)r * s.n_columns;
+        for (uint32_t c = 0; c < s.n_columns; c++) images[first + c] = &s.images[first + c]->image;
+        rows[r] = (struct draw_sheet_row){
+            .images = images + first, .exposure = s.exposures[r], .caption = s.captions[r]};
+    }
+    const struct draw_sheet inside = {.rows = rows,
+                                      .n_rows = s.n_rows,
+                                      .n_columns = s.n_columns,
+                                      .n_pictures = s.n_pictures,
+                                      .headings = s.headings};
+    TRY(draw_sheet(&inside, &drawn, err));
+    TRY(image_handle(&drawn, out, err));
+done:
+    image_release(&drawn);
+    mem_free(images);
+    mem_free(rows);
     return status;
 }

@@ -169,10 +169,10 @@ static uint32_t draw_caption(struct image *im, int64_t y, const struct layout *l
     return n_lines;
 }
 
-/* The colours of errors 0 to 1, under the third column. */
-static void draw_scale(struct image *im, int64_t y, const struct layout *l)
+/* The colours of errors 0 to 1, under a column. */
+static void draw_scale(struct image *im, int64_t y, uint32_t column, const struct layout *l)
 {
-    int64_t x0 = MARGIN + 2 * ((int64_t)l->column_width + GAP) + 2 * DRAW_GLYPH_WIDTH;
+    int64_t x0 = MARGIN + column * ((int64_t)l->column_width + GAP) + 2 * DRAW_GLYPH_WIDTH;
     int64_t w = (int64_t)l->column_width - 4 * DRAW_GLYPH_WIDTH;
     for (int64_t i = 0; i < w; i++) {
         float rgb[3];
@@ -183,58 +183,73 @@ static void draw_scale(struct image *im, int64_t y, const struct layout *l)
     draw_scaled_text(im, x0 + w + DRAW_GLYPH_WIDTH, y - 2, 1, "1", dim);
 }
 
-static void draw_heading(struct image *im, const struct layout *l, int column, const char *text)
+static void draw_heading(struct image *im, const struct layout *l, uint32_t column,
+                         const char *text)
 {
+    char line[IMAGE_MAX_SIDE / DRAW_GLYPH_WIDTH + 1];
     int scale = HEADING_SCALE;
-    size_t n = strlen(text);
+    size_t n = strlen(text), room = l->column_width / DRAW_GLYPH_WIDTH;
     if (n * DRAW_GLYPH_WIDTH * (size_t)scale > l->column_width) scale = 1;
+    if (n > room) n = room;
+    memcpy(line, text, n);
+    line[n] = '\0';
     int64_t x = MARGIN + column * ((int64_t)l->column_width + GAP);
     int64_t y = MARGIN + DRAW_GLYPH_HEIGHT * (HEADING_SCALE - scale);
-    draw_scaled_text(im, x, y, scale, text, bright);
+    draw_scaled_text(im, x, y, scale, line, bright);
 }
 
-lmn_status draw_sheet(const struct draw_sheet_row *rows, uint32_t n_rows,
-                      const char *const headings[3], struct image *out, struct error *err)
+/* The widest picture; fails when those of a row differ in size. */
+static lmn_status check_sizes(const struct draw_sheet *s, uint32_t *widest, struct error *err)
+{
+    *widest = 1;
+    for (uint32_t r = 0; r < s->n_rows; r++) {
+        const struct image *const *images = s->rows[r].images;
+        for (uint32_t c = 0; c < s->n_columns; c++) {
+            if (images[c]->width != images[0]->width || images[c]->height != images[0]->height)
+                return fail(err, LMN_ERR_ARGUMENT,
+                            "row %u of the sheet has images of different sizes", r);
+            if (images[c]->width > *widest) *widest = images[c]->width;
+        }
+    }
+    return LMN_OK;
+}
+
+lmn_status draw_sheet(const struct draw_sheet *s, struct image *out, struct error *err)
 {
     struct layout l = {.scale = 1, .column_width = 32};
+    uint32_t widest;
     *out = (struct image){0};
-    uint32_t widest = 1;
-    for (uint32_t r = 0; r < n_rows; r++) {
-        const struct draw_sheet_row *row = &rows[r];
-        if (row->neural->width != row->reference->width ||
-            row->neural->height != row->reference->height ||
-            row->neural->width != row->error->width || row->neural->height != row->error->height)
-            return fail(err, LMN_ERR_ARGUMENT, "row %u of the sheet has images of different sizes",
-                        r);
-        if (row->neural->width > widest) widest = row->neural->width;
-    }
+    lmn_status status = check_sizes(s, &widest, err);
+    if (status != LMN_OK) return status;
     if (widest < SMALL_PICTURE) l.scale = (int)(SMALL_PICTURE / widest);
     if ((uint64_t)widest * (uint64_t)l.scale > l.column_width)
         l.column_width = widest * (uint32_t)l.scale;
-    l.width = 2 * MARGIN + 3 * l.column_width + 2 * GAP;
-    l.n_letters = (l.width - 2 * MARGIN) / DRAW_GLYPH_WIDTH;
+    const uint64_t step = (uint64_t)l.column_width + GAP;
+    const uint64_t width = 2 * MARGIN + s->n_columns * step - (s->n_columns > 0 ? GAP : 0);
+    l.width = width <= IMAGE_MAX_SIDE ? (uint32_t)width : 0;
+    l.n_letters = l.width > 2 * MARGIN ? (l.width - 2 * MARGIN) / DRAW_GLYPH_WIDTH : 0;
 
     uint64_t height = MARGIN + HEADING_HEIGHT + BAR_HEIGHT + MARGIN;
-    for (uint32_t r = 0; r < n_rows && l.width <= IMAGE_MAX_SIDE; r++)
-        height += (uint64_t)rows[r].neural->height * (uint64_t)l.scale + CAPTION_GAP +
-                  draw_caption(NULL, 0, &l, rows[r].caption) * LINE_HEIGHT + ROW_GAP;
-    if (l.width > IMAGE_MAX_SIDE || height > IMAGE_MAX_SIDE)
-        return fail(err, LMN_ERR_ARGUMENT, "a contact sheet of %ux%llu pixels is too large",
-                    l.width, (unsigned long long)height);
-    lmn_status status = image_init(out, l.width, (uint32_t)height, 3, NULL, err);
+    for (uint32_t r = 0; r < s->n_rows && l.n_letters > 0; r++)
+        height += (uint64_t)s->rows[r].images[0]->height * (uint64_t)l.scale + CAPTION_GAP +
+                  draw_caption(NULL, 0, &l, s->rows[r].caption) * LINE_HEIGHT + ROW_GAP;
+    if (l.n_letters == 0 || height > IMAGE_MAX_SIDE)
+        return fail(err, LMN_ERR_ARGUMENT, "a contact sheet of %llux%llu pixels is too large",
+                    (unsigned long long)width, (unsigned long long)height);
+    status = image_init(out, l.width, (uint32_t)height, 3, NULL, err);
     if (status != LMN_OK) return status;
 
     fill(out, 0, 0, l.width, (int64_t)height, background);
-    for (int i = 0; i < 3; i++) draw_heading(out, &l, i, headings[i]);
-    int64_t y = MARGIN + HEADING_HEIGHT, step = (int64_t)l.column_width + GAP;
-    for (uint32_t r = 0; r < n_rows; r++) {
-        const struct draw_sheet_row *row = &rows[r];
-        draw_scaled_image(out, MARGIN, y, l.scale, row->neural, row->exposure);
-        draw_scaled_image(out, MARGIN + step, y, l.scale, row->reference, row->exposure);
-        draw_scaled_image(out, MARGIN + 2 * step, y, l.scale, row->error, 1);
-        y += (int64_t)row->neural->height * l.scale + CAPTION_GAP;
+    for (uint32_t c = 0; c < s->n_columns; c++) draw_heading(out, &l, c, s->headings[c]);
+    int64_t y = MARGIN + HEADING_HEIGHT;
+    for (uint32_t r = 0; r < s->n_rows; r++) {
+        const struct draw_sheet_row *row = &s->rows[r];
+        for (uint32_t c = 0; c < s->n_columns; c++)
+            draw_scaled_image(out, MARGIN + (int64_t)(c * step), y, l.scale, row->images[c],
+                              c < s->n_pictures ? row->exposure : 1);
+        y += (int64_t)row->images[0]->height * l.scale + CAPTION_GAP;
         y += draw_caption(out, y, &l, row->caption) * LINE_HEIGHT + ROW_GAP;
     }
-    draw_scale(out, y, &l);
+    if (s->n_pictures < s->n_columns) draw_scale(out, y, s->n_pictures, &l);
     return LMN_OK;
 }

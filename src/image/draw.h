@@ -21,15 +21,20 @@ void draw_text(struct image *im, int x, int y, const char *text, const float rgb
 void draw_image(struct image *im, int x, int y, const struct image *src, double exposure);
 
 struct draw_sheet_row {
-    const struct image *neural, *reference, *error; /* equal sizes */
-    double exposure;                                /* for the first two */
+    const struct image *const *images; /* [n_columns], of equal sizes */
+    double exposure;                   /* of the pictures */
     const char *caption; /* "MAPE 0.05  FLIP 0.07\nroughness=0.1": wrapped, four lines at most */
 };
 
-/* The contact sheet: three columns under headings, a row and its caption per configuration, the
- * scale of the error's colours at the bottom. Small pictures are enlarged. *out is initialised
- * here. */
-lmn_status draw_sheet(const struct draw_sheet_row *rows, uint32_t n_rows,
-                      const char *const headings[3], struct image *out, struct error *err);
+struct draw_sheet {
+    const struct draw_sheet_row *rows; /* [n_rows] */
+    uint32_t n_rows, n_columns;
+    uint32_t n_pictures;         /* the first columns; the others are maps of errors in colour */
+    const char *const *headings; /* [n_columns]; cut where a column ends */
+};
+
+/* The contact sheet: columns under headings, a row and its caption per configuration, the scale of
+ * the errors' colours at the bottom. Small pictures are enlarged. *out is initialised here. */
+lmn_status draw_sheet(const struct draw_sheet *sheet, struct image *out, struct error *err);
 
 #endif

@@ -180,6 +180,7 @@ static char *caption(const struct scene *s, const lmn_metrics *m, const float *u
 struct sheet_parts {
     struct image *neural, *error;
     struct draw_sheet_row *rows;
+    const struct image *(*columns)[3]; /* of rows */
     char **captions;
     uint32_t n;
 };
@@ -190,8 +191,9 @@ static lmn_status sheet_parts_init(struct sheet_parts *s, uint32_t n, struct err
     s->neural = mem_new(n, sizeof *s->neural);
     s->error = mem_new(n, sizeof *s->error);
     s->rows = mem_new(n, sizeof *s->rows);
+    s->columns = mem_new(n, sizeof *s->columns);
     s->captions = mem_new(n, sizeof *s->captions);
-    if (s->neural && s->error && s->rows && s->captions) return LMN_OK;
+    if (s->neural && s->error && s->rows && s->columns && s->captions) return LMN_OK;
     return fail_memory(err, "the contact sheet");
 }
 
@@ -205,6 +207,7 @@ static void sheet_parts_release(struct sheet_parts *s)
     mem_free(s->neural);
     mem_free(s->error);
     mem_free(s->rows);
+    mem_free(s->columns);
     mem_free(s->captions);
 }
 
@@ -242,11 +245,11 @@ lmn_status test_set_evaluate(const struct test_set *set, struct painter *painter
             parts.error[i] = map;
             frame = map = (struct image){0};
             parts.captions[i] = caption(s, &m, u);
-            parts.rows[i] = (struct draw_sheet_row){.neural = &parts.neural[i],
-                                                    .reference = &set->references[i],
-                                                    .error = &parts.error[i],
-                                                    .exposure = m.exposure,
-                                                    .caption = parts.captions[i]};
+            parts.columns[i][0] = &parts.neural[i];
+            parts.columns[i][1] = &set->references[i];
+            parts.columns[i][2] = &parts.error[i];
+            parts.rows[i] = (struct draw_sheet_row){
+                .images = parts.columns[i], .exposure = m.exposure, .caption = parts.captions[i]};
             if (!parts.captions[i]) {
                 status = fail_memory(err, "the contact sheet");
                 goto done;
@@ -254,7 +257,9 @@ lmn_status test_set_evaluate(const struct test_set *set, struct painter *painter
         }
         image_release(&frame);
     }
-    if (sheet) TRY(draw_sheet(parts.rows, n, headings, sheet, err));
+    const struct draw_sheet contact = {
+        .rows = parts.rows, .n_rows = n, .n_columns = 3, .n_pictures = 2, .headings = headings};
+    if (sheet) TRY(draw_sheet(&contact, sheet, err));
     memcpy(times + n, set->trace_s, n * sizeof *times);
     result.frame_s = median(times, n);
     result.trace_s = median(times + n, n);

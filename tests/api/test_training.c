@@ -153,6 +153,22 @@ static void test_train(void **state)
     EXPECT(context, lmn_model_load(context, scene, model_path, 0, &model), LMN_OK);
     EXPECT(context, lmn_model_render(context, model, NULL, &render, &saved, NULL), LMN_OK);
     assert_memory_equal(lmn_image_data(now), lmn_image_data(saved), sizeof(float[12 * 8 * 3]));
+    const lmn_image *const pictures[] = {now, saved};
+    lmn_sheet sheet = {.struct_size = sizeof sheet,
+                       .n_rows = 1,
+                       .n_columns = 2,
+                       .n_pictures = 2,
+                       .images = pictures,
+                       .headings = (const char *const[]){"now", "saved"},
+                       .captions = (const char *const[]){"the same"},
+                       .exposures = &(const double){1.0}};
+    lmn_image *drawn = NULL;
+    EXPECT(context, lmn_image_sheet(context, &sheet, &drawn), LMN_OK);
+    assert_true(lmn_image_width(drawn) > 24);
+    lmn_image_free(drawn);
+    sheet.n_pictures = 3;
+    EXPECT(context, lmn_image_sheet(context, &sheet, &drawn), LMN_ERR_ARGUMENT);
+    assert_null(drawn);
     lmn_image_free(now);
     lmn_image_free(saved);
     lmn_model_free(model);

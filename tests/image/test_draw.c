@@ -88,19 +88,27 @@ static void test_sheet(void **state)
     struct error err = {0};
     memset(long_caption, 'x', sizeof long_caption);
     long_caption[sizeof long_caption - 1] = '\0';
-    struct draw_sheet_row rows[] = {{&a, &b, &e, 1, "MAPE 0.05\nroughness=0.1"},
-                                    {&a, &b, &e, 2, ""},
-                                    {&a, &b, &e, 1, long_caption}};
-    assert_int_equal(draw_sheet(rows, 3, headings, &out, &err), LMN_OK);
+    const struct image *columns[] = {&a, &b, &e}, *others[] = {&a, &b, &e};
+    const struct draw_sheet_row rows[] = {
+        {columns, 1, "MAPE 0.05\nroughness=0.1"}, {others, 2, ""}, {columns, 1, long_caption}};
+    struct draw_sheet sheet = {rows, 3, 3, 2, headings};
+    assert_int_equal(draw_sheet(&sheet, &out, &err), LMN_OK);
     assert_true(out.width > 60 && out.height > 90 && out.n_channels == 3);
     /* nothing is written in the margins */
     for (uint32_t y = 0; y < out.height; y++)
         assert_true(out.data[3 * (size_t)y * out.width] < 0.1f &&
                     out.data[3 * ((size_t)y * out.width + out.width - 2)] < 0.1f);
     image_release(&out);
-    rows[1].error = &wrong;
-    assert_int_equal(draw_sheet(rows, 3, headings, &out, &err), LMN_ERR_ARGUMENT);
+    others[2] = &wrong;
+    assert_int_equal(draw_sheet(&sheet, &out, &err), LMN_ERR_ARGUMENT);
     assert_null(out.data);
+    sheet.n_rows = 1;
+    sheet.n_columns = 1;
+    assert_int_equal(draw_sheet(&sheet, &out, &err), LMN_OK); /* no map, no scale of errors */
+    image_release(&out);
+    sheet.n_columns = 1u << 31;
+    sheet.n_rows = 0;
+    assert_int_equal(draw_sheet(&sheet, &out, &err), LMN_ERR_ARGUMENT);
     image_release(&a);
     image_release(&b);
     image_release(&e);

@@ -14,7 +14,8 @@
 #define HARD(e)          "\"hard\":{\"mape\":" #e ",\"relmse\":1e300,\"flip\":0}"
 #define AT(time, e)      "{\"cpu_s\":" #time "," UNIFORM(e) "," HARD(e) "}"
 #define RUN(method, ...) "{\"method\":\"" method "\",\"evaluations\":[" __VA_ARGS__ "]}"
-#define METHODS          "\"methods\":[{\"method\":\"a<b&c\"},{\"method\":\"b\"},{\"method\":\"none\"}]"
+#define METHOD(m)        "{\"method\":\"" m "\"}"
+#define METHODS          "\"methods\":[" METHOD("a<b&c") "," METHOD("b") "," METHOD("none") "]"
 #define FIRST            "{" METHODS ",\"scenes\":[{\"name\":\"other\"},{\"name\":\"x\"," NOISE
 #define SCENE(runs)      FIRST ",\"runs\":[" runs "]}]}"
 

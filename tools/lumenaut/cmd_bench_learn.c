@@ -180,6 +180,7 @@ static int run_scene(struct learn_results *r, struct learn_scene *s)
             if (code == EXIT_OK) code = save_curves(r, s);
         }
     }
+    if (code == EXIT_OK) code = learn_sheet_save(r, s);
     return code;
 }
 

@@ -20,6 +20,7 @@ done <<LIST
 metrics.py image
 exr_files.py image
 nn.py nn
+field.py nn
 trace.py render
 LIST
 exit $status

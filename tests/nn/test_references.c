@@ -1,77 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Network, loss, gradients and Adam against PyTorch, as scripts/references/nn.py wrote them down;
- * LMN_REFERENCES=PARENT reads PARENT/nn instead of tests/nn/data. */
+/* Network, loss, gradients and Adam against PyTorch, as scripts/references/nn.py wrote them
+ * down. */
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include <jansson.h>
-
-#include "base/file.h"
 #include "base/mem.h"
+#include "stored.h"
 #include "toy.h"
 
 enum { MAX_PATCHES = 8 };
 static const double tolerance = 1e-4;
-
-struct references {
-    json_t *json;
-    float *floats;
-    size_t n_floats;
-};
-
-static void references_load(struct references *r)
-{
-    const char *root = getenv("LMN_REFERENCES");
-    char path[512], *bytes;
-    size_t size;
-    struct error err = {{0}};
-    json_error_t why;
-    snprintf(path, sizeof path, "%s/nn.json", root ? root : LMN_SOURCE_DIR "/tests/nn/data");
-    if (root) snprintf(path, sizeof path, "%s/nn/nn.json", root);
-    r->json = json_load_file(path, 0, &why);
-    if (!r->json) fail_msg("%s:%d: %s", path, why.line, why.text);
-    memcpy(path + strlen(path) - 4, "bin", 4);
-    if (file_read(path, 64 << 20, &bytes, &size, &err) != LMN_OK) fail_msg("%s", err.text);
-    r->floats = (float *)(void *)bytes;
-    r->n_floats = size / sizeof *r->floats;
-}
-
-static void references_release(struct references *r)
-{
-    json_decref(r->json);
-    mem_free(r->floats);
-}
-
-static uint32_t number(const struct references *r, const char *name)
-{
-    return (uint32_t)json_integer_value(json_object_get(r->json, name));
-}
-
-/* The n values called `name`. */
-static const float *values(const struct references *r, const char *name, size_t n)
-{
-    json_t *array = json_object_get(json_object_get(r->json, "arrays"), name);
-    size_t offset = (size_t)json_integer_value(json_array_get(array, 0));
-    size_t count = (size_t)json_integer_value(json_array_get(array, 1));
-    if (!array || count != n || offset + count > r->n_floats)
-        fail_msg("references: %s: %zu values wanted, %zu there", name, n, count);
-    return r->floats + offset;
-}
-
-/* |got - want| <= tolerance * the largest of want. */
-static void check_close(const char *what, const float *got, const float *want, size_t n,
-                        double relative)
-{
-    double largest = 0.0, worst = 0.0;
-    for (size_t i = 0; i < n; i++) {
-        double error = fabs((double)got[i] - (double)want[i]);
-        if (fabs((double)want[i]) > largest) largest = fabs((double)want[i]);
-        if (!(error <= worst)) worst = error;
-    }
-    if (!(worst <= relative * largest)) fail_msg("%s: off by %.3g of %.3g", what, worst, largest);
-}
 
 /* Layer by layer, so that small gradients of one are not hidden by another's. */
 static void check_layers(const struct generator_config *c, const char *what, const float *got,
@@ -91,23 +30,23 @@ static void check_layers(const struct generator_config *c, const char *what, con
     }
 }
 
-static void set_batch(const struct references *r, struct toy *toy)
+static void set_batch(const struct stored *r, struct toy *toy)
 {
     const struct generator_config *c = &toy->config;
     size_t area = (size_t)c->patch_size * c->patch_size, n = toy->batch.n_patches;
-    memcpy(toy->inputs, values(r, "inputs", n * area * GENERATOR_INPUTS),
+    memcpy(toy->inputs, stored_values(r, "inputs", n * area * GENERATOR_INPUTS),
            n * area * GENERATOR_INPUTS * sizeof(float));
-    memcpy(toy->targets, values(r, "targets", n * area * 3), n * area * 3 * sizeof(float));
-    memcpy(toy->v, values(r, "v", n * c->n_variables), n * c->n_variables * sizeof(float));
+    memcpy(toy->targets, stored_values(r, "targets", n * area * 3), n * area * 3 * sizeof(float));
+    memcpy(toy->v, stored_values(r, "v", n * c->n_variables), n * c->n_variables * sizeof(float));
 }
 
-static void check(const struct references *r, uint32_t cpu, bool legacy)
+static void check(const struct stored *r, uint32_t cpu, bool legacy)
 {
-    struct generator_config c = {.n_variables = number(r, "n_variables"),
-                                 .width = number(r, "width"),
-                                 .depth = number(r, "depth"),
-                                 .patch_size = number(r, "patch_size")};
-    uint32_t n_patches = number(r, "n_patches"), n_steps = number(r, "n_steps");
+    struct generator_config c = {.n_variables = stored_number(r, "n_variables"),
+                                 .width = stored_number(r, "width"),
+                                 .depth = stored_number(r, "depth"),
+                                 .patch_size = stored_number(r, "patch_size")};
+    uint32_t n_patches = stored_number(r, "n_patches"), n_steps = stored_number(r, "n_steps");
     size_t area = (size_t)c.patch_size * c.patch_size;
     struct generator_loss loss = {.legacy_ssim = legacy};
     float losses[MAX_PATCHES], norms[MAX_PATCHES];
@@ -120,11 +59,11 @@ static void check(const struct references *r, uint32_t cpu, bool legacy)
     size_t n = generator_n_weights(toy.g);
     float *w = generator_weights(toy.g), *gradient = toy_take(n, sizeof *gradient);
     float *out = toy_take(area * 3, sizeof *out);
-    const float *start = values(r, "weights", n);
+    const float *start = stored_values(r, "weights", n);
     memcpy(w, start, n * sizeof *w);
     generator_weights_changed(toy.g);
 
-    const float *outputs = values(r, "outputs", n_patches * area * 3);
+    const float *outputs = stored_values(r, "outputs", n_patches * area * 3);
     for (uint32_t p = 0; p < n_patches; p++) {
         generator_render(toy.g, toy.batch.inputs[p], toy.batch.v[p], area, out);
         for (size_t i = 0; i < area * 3; i++) out[i] = log1pf(out[i]);
@@ -138,18 +77,18 @@ static void check(const struct references *r, uint32_t cpu, bool legacy)
         generator_gradient(toy.g, &toy.batch, &loss, losses, gradient);
         if (step == 0) {
             snprintf(name, sizeof name, "%s.losses", axes);
-            check_close(name, losses, values(r, name, n_patches), n_patches, tolerance);
+            check_close(name, losses, stored_values(r, name, n_patches), n_patches, tolerance);
             snprintf(name, sizeof name, "%s.gradient", axes);
-            check_layers(&c, name, gradient, values(r, name, n), tolerance);
+            check_layers(&c, name, gradient, stored_values(r, name, n), tolerance);
             snprintf(name, sizeof name, "%s.gradient_norms", axes);
             generator_probe(toy.g, NULL, &toy.batch, &loss, losses, norms);
-            check_close(name, norms, values(r, name, n_patches), n_patches, tolerance);
+            check_close(name, norms, stored_values(r, name, n_patches), n_patches, tolerance);
         }
         adam_step(&adam, toy.pool, w, gradient);
         generator_weights_changed(toy.g);
     }
     snprintf(name, sizeof name, "%s.weights_after", axes);
-    const float *after = values(r, name, n);
+    const float *after = stored_values(r, name, n);
     check_layers(&c, name, w, after, tolerance);
 
     /* The change itself, in norm: single weights of vanishing gradient may go either way. */
@@ -164,7 +103,7 @@ static void check(const struct references *r, uint32_t cpu, bool legacy)
 
     snprintf(name, sizeof name, "%s.step_norms", axes);
     generator_probe(toy.g, &adam, &toy.batch, &loss, losses, norms);
-    check_close(name, norms, values(r, name, n_patches), n_patches, tolerance);
+    check_close(name, norms, stored_values(r, name, n_patches), n_patches, tolerance);
 
     adam_release(&adam);
     mem_free(gradient);
@@ -174,11 +113,11 @@ static void check(const struct references *r, uint32_t cpu, bool legacy)
 
 static void check_levels(bool legacy)
 {
-    struct references r;
-    references_load(&r);
+    struct stored r;
+    stored_load(&r, "nn");
     for (size_t i = 0; i < toy_n_levels; i++)
         if (toy_level_runs(toy_levels[i])) check(&r, toy_levels[i], legacy);
-    references_release(&r);
+    stored_release(&r);
 }
 
 static void test_correct_axes(void **state)

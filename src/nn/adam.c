@@ -3,10 +3,12 @@
 
 #include <math.h>
 
+#include "base/cpu.h"
 #include "base/mem.h"
 #include "base/pool.h"
+#include "nn/adam_step.h"
 
-enum { CHUNK = 1 << 14 };
+enum { CHUNK = 1 << 12 }; /* w, m, v and the gradient stay in the second-level cache */
 
 lmn_status adam_init(struct adam *a, size_t n, double learning_rate, struct error *err)
 {
@@ -26,17 +28,9 @@ void adam_release(struct adam *a)
     *a = (struct adam){0};
 }
 
-/* What step number t multiplies with, in the precision of the weights. */
-struct factors {
-    float beta1, beta2, rest1, rest2; /* rest = 1 - beta */
-    float rate;                       /* lr / (1 - beta1^t) */
-    float root;                       /* 1 / sqrt(1 - beta2^t) */
-    float eps;
-};
-
-static struct factors factors_at(const struct adam *a, uint64_t t)
+static struct adam_factors factors_at(const struct adam *a, uint64_t t)
 {
-    return (struct factors){
+    return (struct adam_factors){
         .beta1 = (float)a->beta1,
         .beta2 = (float)a->beta2,
         .rest1 = (float)(1.0 - a->beta1),
@@ -44,12 +38,20 @@ static struct factors factors_at(const struct adam *a, uint64_t t)
         .rate = (float)(a->learning_rate / (1.0 - pow(a->beta1, (double)t))),
         .root = (float)(1.0 / sqrt(1.0 - pow(a->beta2, (double)t))),
         .eps = (float)a->eps,
+        .share = a->share,
     };
+}
+
+void adam_step_baseline(const struct adam_factors *factors, uint32_t n, float *weights, float *m,
+                        float *v, const float *gradient, float *average)
+{
+    adam_step_loop(factors, n, weights, m, v, gradient, average);
 }
 
 struct step {
     const struct adam *a;
-    struct factors f;
+    struct adam_factors f;
+    adam_step_fn *run;
     float *weights;
     const float *gradient;
 };
@@ -57,30 +59,29 @@ struct step {
 static void step_chunk(void *ctx, uint32_t item, uint32_t worker)
 {
     const struct step *s = ctx;
-    const struct factors f = s->f;
-    size_t first = (size_t)item * CHUNK, rest = s->a->n - first;
-    uint32_t n = rest < CHUNK ? (uint32_t)rest : CHUNK;
-    float *restrict w = s->weights + first, *restrict m = s->a->m + first;
-    float *restrict v = s->a->v + first;
-    const float *restrict g = s->gradient + first;
+    const struct adam *a = s->a;
+    const size_t first = (size_t)item * CHUNK, rest = a->n - first;
     (void)worker;
-    for (uint32_t i = 0; i < n; i++) {
-        m[i] = f.beta1 * m[i] + f.rest1 * g[i];
-        v[i] = f.beta2 * v[i] + f.rest2 * g[i] * g[i];
-        w[i] -= f.rate * m[i] / (sqrtf(v[i]) * f.root + f.eps);
-    }
+    s->run(&s->f, rest < CHUNK ? (uint32_t)rest : CHUNK, s->weights + first, a->m + first,
+           a->v + first, s->gradient + first, a->average ? a->average + first : NULL);
 }
 
 void adam_step(struct adam *a, struct pool *pool, float *weights, const float *gradient)
 {
-    struct step s = {.a = a, .f = factors_at(a, ++a->t), .weights = weights, .gradient = gradient};
+    struct step s = {.a = a,
+                     .f = factors_at(a, ++a->t),
+                     .run = a->cpu & CPU_AVX512 ? adam_step_avx512
+                            : a->cpu & CPU_AVX2 ? adam_step_avx2
+                                                : adam_step_baseline,
+                     .weights = weights,
+                     .gradient = gradient};
     pool_run(pool, (uint32_t)((a->n + CHUNK - 1) / CHUNK), step_chunk, &s);
 }
 
 double adam_step_norm(const struct adam *a, const float *gradient)
 {
     enum { LANES = 8, BLOCK = 1024 }; /* short float sums, then doubles: a fixed order */
-    const struct factors f = factors_at(a, a->t + 1);
+    const struct adam_factors f = factors_at(a, a->t + 1);
     double total = 0.0;
     for (size_t first = 0; first < a->n; first += BLOCK) {
         const float *m = a->m + first, *v = a->v + first, *g = gradient + first;

@@ -15,6 +15,11 @@ struct adam {
     size_t n;
     uint64_t t; /* steps made */
     double learning_rate, beta1, beta2, eps;
+    uint32_t cpu; /* flags of base/cpu.h that a step may use: 0 until the owner sets them; results
+                     have the same bytes for any */
+    /* NULL, or [n], the caller's: each step moves it towards the new weights by `share`. */
+    float *average;
+    float share;
 };
 
 /* Zero moments, beta1 = 0.9, beta2 = 0.999, eps = 1e-8. */

@@ -123,6 +123,7 @@ static lmn_status job_init_training(struct job *j, const struct generator_config
     TRY(job_init(j, config, pool, cpu, n_patches * area, err));
     size_t n_weights = generator_n_weights(j->g);
     TRY(adam_init(&j->adam, n_weights, 1e-4, err));
+    j->adam.cpu = cpu;
     TRY(take(n_patches, &j->losses, err));
     TRY(take(n_patches, &j->norms, err));
     TRY(take(n_weights, &j->gradient, err));

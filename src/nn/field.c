@@ -129,7 +129,8 @@ lmn_status field_new(const struct field_config *config, struct pool *pool, uint3
         size_t n_ones = nn_n_panels(&f->kernels, f->n_in) * f->stride;
         TRY(take(f, n_ones, &f->ones, err));
         for (size_t i = 0; i < n_ones; i++) f->ones[i] = 1.0f;
-        TRY(take(f, (size_t)config->max_pixels * f->n_encoded, &f->d_encoded, err));
+        f->encoded_rows = (size_t)config->max_pixels + 24;
+        TRY(take(f, f->encoded_rows * f->n_encoded, &f->d_encoded, err));
         TRY(take(f, MAX_GROUPS * (f->n_weights - f->n_table), &f->gradients, err));
     }
     f->workers = mem_new(pool_n_workers(pool), sizeof *f->workers);

@@ -66,9 +66,10 @@ struct field {
     struct worker *workers;
 
     /* Training only. */
-    float *ones;      /* a tile of them: the inputs have no activation */
-    float *d_encoded; /* [n_grids * n_levels][max_pixels][GRID_FEATURES] */
-    float *gradients; /* [MAX_GROUPS][weights of layers] */
+    float *ones;         /* a tile of them: the inputs have no activation */
+    float *d_encoded;    /* [n_grids * n_levels][encoded_rows][GRID_FEATURES] */
+    size_t encoded_rows; /* max_pixels and some, as a power of 2 would collide in the cache */
+    float *gradients;    /* [MAX_GROUPS][weights of layers] */
 };
 
 static inline uint32_t round_up(uint32_t n, uint32_t to)

@@ -112,7 +112,7 @@ static void keep_encoded(const struct field *f, const struct worker *w, size_t p
 {
     for (uint32_t item = 0; item < f->config.n_grids * f->grid.n_levels; item++) {
         const float *from = w->de + place(f, 0, item * GRID_FEATURES);
-        float *to = f->d_encoded + (item * (size_t)f->config.max_pixels + pixel) * GRID_FEATURES;
+        float *to = f->d_encoded + (item * f->encoded_rows + pixel) * GRID_FEATURES;
         for (uint32_t r = 0; r < n; r++, from += f->kernels.panel, to += GRID_FEATURES)
             memcpy(to, from, sizeof(float[GRID_FEATURES]));
     }
@@ -167,7 +167,7 @@ static void run_level(void *ctx, uint32_t item, uint32_t worker)
     const struct field *f = p->f;
     const struct grid *grid = &f->grid;
     const uint32_t g = item / grid->n_levels, level = item % grid->n_levels;
-    const float *d = f->d_encoded + item * (size_t)f->config.max_pixels * GRID_FEATURES;
+    const float *d = f->d_encoded + item * f->encoded_rows * GRID_FEATURES;
     float *gradient = p->gradient + g * grid->at[grid->n_levels] + grid->at[level];
     (void)worker;
     memset(gradient, 0, (grid->at[level + 1] - grid->at[level]) * sizeof *gradient);

@@ -160,12 +160,15 @@ lmn_status learner_new(const struct workplace *place, const struct learner_optio
     const size_t n_table = field_n_table_weights(l->field);
     TRY(adam_init(&l->tables, n_table, options->learning_rate, err));
     TRY(adam_init(&l->layers, field_n_weights(l->field) - n_table, options->learning_rate, err));
+    l->tables.cpu = l->layers.cpu = place->cpu;
     l->tables.beta2 = l->layers.beta2 = BETA2;
     l->tables.eps = l->layers.eps = EPSILON;
     l->stats.memory_bytes = field_memory_size(l->field) +
                             2 * field_n_weights(l->field) * sizeof(float); /* Adam's moments */
     TRY(take_all(l, err));
     memcpy(l->average, field_weights(l->field), field_n_weights(l->field) * sizeof(float));
+    l->tables.average = l->average;
+    l->layers.average = l->average + n_table;
     *out = l;
     l = NULL;
 done:
@@ -257,17 +260,15 @@ static void draw_batch(struct learner *l)
 
 static void step_weights(struct learner *l)
 {
-    const size_t n = field_n_weights(l->field), n_table = field_n_table_weights(l->field);
+    const size_t n_table = field_n_table_weights(l->field);
     const double step = (double)l->stats.step, warm = l->options.warm_steps;
     float *w = field_weights(l->field);
     l->layers.learning_rate = l->options.learning_rate / sqrt(1.0 + step / warm);
     l->tables.learning_rate = TABLE_RATE * l->layers.learning_rate;
+    l->tables.share = l->layers.share = (float)(1.0 / fmin(l->options.average, 1.0 + 0.1 * step));
     adam_step(&l->tables, l->place.pool, w, l->gradient);
     adam_step(&l->layers, l->place.pool, w + n_table, l->gradient + n_table);
     field_weights_changed(l->field);
-    const double memory = fmin(l->options.average, 1.0 + 0.1 * step);
-    const float share = (float)(1.0 / memory);
-    for (size_t i = 0; i < n; i++) l->average[i] += share * (w[i] - l->average[i]);
 }
 
 lmn_status learner_step(struct learner *l, struct learner_stats *stats, struct error *err)

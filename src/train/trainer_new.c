@@ -131,6 +131,7 @@ static lmn_status new_faithful(struct trainer *t, uint32_t dim, struct error *er
         layout_cut_position_layer(&t->config, generator_weights(t->generator));
     generator_weights_changed(t->generator);
     TRY(adam_init(&t->adam, generator_n_weights(t->generator), o->learning_rate, err));
+    t->adam.cpu = t->place.cpu;
 
     struct explorer_options walk = {.n_chains = o->n_chains,
                                     .dim = dim,

@@ -66,6 +66,43 @@ static void test_lengths(void **state)
     }
 }
 
+/* The same bytes in every instruction set; an average on the way. */
+static void test_sets(void **state)
+{
+    enum { LENGTH = 5003 };
+    float *g = toy_take(LENGTH, sizeof *g), *w[2], *average[2];
+    struct pool *pool = pool_new(2);
+    struct adam a[2];
+    (void)state;
+    for (size_t set = 0; set < toy_n_levels; set++) {
+        if (!toy_level_runs(toy_levels[set])) continue;
+        for (int k = 0; k < 2; k++) {
+            w[k] = toy_take(LENGTH, sizeof *w[k]);
+            average[k] = toy_take(LENGTH, sizeof *average[k]);
+            assert_int_equal(adam_init(&a[k], LENGTH, 1e-2, NULL), LMN_OK);
+            a[k].average = average[k];
+            a[k].share = 0.25f;
+            a[k].cpu = k ? toy_levels[set] : 0;
+        }
+        for (uint64_t step = 0; step < 4; step++) {
+            float before[2] = {average[0][7], w[0][7]};
+            toy_fill(g, LENGTH, step);
+            for (int k = 0; k < 2; k++) adam_step(&a[k], pool, w[k], g);
+            assert_true(w[0][7] != before[1]);
+            assert_true(average[0][7] == before[0] + 0.25f * (w[0][7] - before[0]));
+        }
+        assert_memory_equal(w[0], w[1], LENGTH * sizeof *w[0]);
+        assert_memory_equal(average[0], average[1], LENGTH * sizeof *w[0]);
+        for (int k = 0; k < 2; k++) {
+            adam_release(&a[k]);
+            mem_free(w[k]);
+            mem_free(average[k]);
+        }
+    }
+    mem_free(g);
+    pool_free(pool);
+}
+
 static void test_no_memory(void **state)
 {
     struct error err = {{0}};
@@ -84,6 +121,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_by_hand),
         cmocka_unit_test(test_lengths),
+        cmocka_unit_test(test_sets),
         cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

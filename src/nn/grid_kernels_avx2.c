@@ -8,6 +8,7 @@
 
 typedef __m256 vec;
 typedef __m256i ivec;
+typedef __m128i half;
 typedef __m256i vec_mask;
 
 #define vec_load(from)              _mm256_loadu_ps(from)
@@ -23,14 +24,23 @@ typedef __m256i vec_mask;
 #define vec_max(a, b)               _mm256_max_ps(a, b)
 #define vec_to_ivec(x)              _mm256_cvttps_epi32(x)
 #define ivec_to_vec(x)              _mm256_cvtepi32_ps(x)
-#define ivec_store(to, x)           _mm256_storeu_si256((__m256i *)(void *)(to), x)
 #define ivec_count()                _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7)
 #define ivec_set1(x)                _mm256_set1_epi32(x)
 #define ivec_min(a, b)              _mm256_min_epi32(a, b)
 #define ivec_mul(a, b)              _mm256_mullo_epi32(a, b)
-#define ivec_add(a, b)              _mm256_add_epi32(a, b)
-#define ivec_xor(a, b)              _mm256_xor_si256(a, b)
-#define ivec_xor_and(a, b, mask)    _mm256_and_si256(_mm256_xor_si256(a, b), mask)
+
+#define half_set1(x)      _mm_set1_epi32(x)
+#define half_add(a, b)    _mm_add_epi32(a, b)
+#define half_mul(a, b)    _mm_mullo_epi32(a, b)
+#define half_or(a, b)     _mm_or_si128(a, b)
+#define half_xor(a, b)    _mm_xor_si128(a, b)
+#define half_store(to, x) _mm_storeu_si128((__m128i *)(void *)(to), x)
+#define half_first(x)     ((uint32_t)_mm_cvtsi128_si32(x))
+/* (a ^ b) & mask */
+#define half_xor_and(a, b, mask) _mm_and_si128(_mm_xor_si128(a, b), mask)
+/* Bits that differ from the first point's, and whether there are none. */
+#define half_differs(x) _mm_xor_si128(x, _mm_broadcastd_epi32(x))
+#define half_is_same(x) _mm_testz_si128(x, x)
 
 /* The first n lanes. */
 static inline vec_mask vec_mask_first(uint32_t n)
@@ -39,18 +49,28 @@ static inline vec_mask vec_mask_first(uint32_t n)
     return _mm256_cmpgt_epi32(_mm256_set1_epi32(n < LANES ? (int)n : LANES), lane);
 }
 
-/* The pairs at entries of one half of the lanes. */
-static inline vec pairs_gather(const float *from, ivec entry, int half)
+/* One pair for all points. */
+static inline vec pairs_set1(const float *from)
 {
-    const __m128i at = half ? _mm256_extracti128_si256(entry, 1) : _mm256_castsi256_si128(entry);
-    return _mm256_castpd_ps(_mm256_i32gather_pd((const double *)(const void *)from, at, 8));
+    return _mm256_castpd_ps(_mm256_broadcast_sd((const double *)(const void *)from));
+}
+
+static inline half ivec_half(ivec x, int i)
+{
+    return i ? _mm256_extracti128_si256(x, 1) : _mm256_castsi256_si128(x);
+}
+
+/* The pairs at entries. */
+static inline vec pairs_gather(const float *from, half entry)
+{
+    return _mm256_castpd_ps(_mm256_i32gather_pd((const double *)(const void *)from, entry, 8));
 }
 
 /* Each number of one half of the lanes twice. */
-static inline vec pairs_repeat(vec x, int half)
+static inline vec pairs_repeat(vec x, int i)
 {
-    return _mm256_permutevar8x32_ps(x, half ? _mm256_setr_epi32(4, 4, 5, 5, 6, 6, 7, 7)
-                                            : _mm256_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3));
+    return _mm256_permutevar8x32_ps(x, i ? _mm256_setr_epi32(4, 4, 5, 5, 6, 6, 7, 7)
+                                         : _mm256_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3));
 }
 
 /* 4 x 4 pairs. */

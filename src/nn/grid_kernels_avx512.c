@@ -8,6 +8,7 @@
 
 typedef __m512 vec;
 typedef __m512i ivec;
+typedef __m256i half;
 typedef __mmask16 vec_mask;
 
 #define vec_load(from)              _mm512_loadu_ps(from)
@@ -23,14 +24,22 @@ typedef __mmask16 vec_mask;
 #define vec_max(a, b)               _mm512_max_ps(a, b)
 #define vec_to_ivec(x)              _mm512_cvttps_epi32(x)
 #define ivec_to_vec(x)              _mm512_cvtepi32_ps(x)
-#define ivec_store(to, x)           _mm512_storeu_si512(to, x)
 #define ivec_set1(x)                _mm512_set1_epi32(x)
 #define ivec_min(a, b)              _mm512_min_epi32(a, b)
 #define ivec_mul(a, b)              _mm512_mullo_epi32(a, b)
-#define ivec_add(a, b)              _mm512_add_epi32(a, b)
-#define ivec_xor(a, b)              _mm512_xor_si512(a, b)
+
+#define half_set1(x)      _mm256_set1_epi32(x)
+#define half_add(a, b)    _mm256_add_epi32(a, b)
+#define half_mul(a, b)    _mm256_mullo_epi32(a, b)
+#define half_or(a, b)     _mm256_or_si256(a, b)
+#define half_xor(a, b)    _mm256_xor_si256(a, b)
+#define half_store(to, x) _mm256_storeu_si256((__m256i *)(void *)(to), x)
+#define half_first(x)     ((uint32_t)_mm256_cvtsi256_si32(x))
 /* (a ^ b) & mask */
-#define ivec_xor_and(a, b, mask) _mm512_ternarylogic_epi32(a, b, mask, 0x28)
+#define half_xor_and(a, b, mask) _mm256_ternarylogic_epi32(a, b, mask, 0x28)
+/* Bits that differ from the first point's, and whether there are none. */
+#define half_differs(x) _mm256_xor_si256(x, _mm256_broadcastd_epi32(_mm256_castsi256_si128(x)))
+#define half_is_same(x) _mm256_testz_si256(x, x)
 
 /* 0, 1, 2 and so on. */
 static inline ivec ivec_count(void)
@@ -44,19 +53,28 @@ static inline vec_mask vec_mask_first(uint32_t n)
     return n >= LANES ? 0xFFFF : (vec_mask)((1u << n) - 1);
 }
 
-/* The pairs at entries of one half of the lanes. */
-static inline vec pairs_gather(const float *from, ivec entry, int half)
+/* One pair for all points. */
+static inline vec pairs_set1(const float *from)
 {
-    const __m256i at = half ? _mm512_extracti64x4_epi64(entry, 1) : _mm512_castsi512_si256(entry);
-    return _mm512_castpd_ps(_mm512_i32gather_pd(at, from, 8));
+    return _mm512_castpd_ps(_mm512_set1_pd(*(const double *)(const void *)from));
+}
+
+static inline half ivec_half(ivec x, int i)
+{
+    return i ? _mm512_extracti64x4_epi64(x, 1) : _mm512_castsi512_si256(x);
+}
+
+/* The pairs at entries. */
+static inline vec pairs_gather(const float *from, half entry)
+{
+    return _mm512_castpd_ps(_mm512_i32gather_pd(entry, from, 8));
 }
 
 /* Each number of one half of the lanes twice. */
-static inline vec pairs_repeat(vec x, int half)
+static inline vec pairs_repeat(vec x, int i)
 {
     const __m512i low = _mm512_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7);
-    return _mm512_permutexvar_ps(half ? _mm512_add_epi32(low, _mm512_set1_epi32(LANES / 2)) : low,
-                                 x);
+    return _mm512_permutexvar_ps(i ? _mm512_add_epi32(low, _mm512_set1_epi32(LANES / 2)) : low, x);
 }
 
 /* 8 x 8 pairs: pairs of 1, 2 and 4 rows change sides. */

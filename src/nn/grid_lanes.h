@@ -4,7 +4,9 @@
  * defines before:
  *
  *   LANES, PAIRS   floats per vector; pairs of floats per vector, half of them
- *   vec, ivec      vectors of floats and of integers of 32 bits, and the operations used below
+ *   vec, ivec      vectors of floats and of integers of 32 bits
+   half           half an ivec, the integers of PAIRS points
+   and the operations used below
  *
  * A lane is a point while entries are looked for. The two numbers of an entry come as one load of
  * 64 bits, so that a vector then holds the pairs of PAIRS points; PAIRS levels of them, transposed,
@@ -58,28 +60,64 @@ INLINE void find_low(const struct level *l, const vec p[3], ivec low[3], vec f[3
     }
 }
 
-/* The hashed entries of the eight vertices. */
-INLINE void hash(const struct level *l, const ivec low[3], ivec entry[8])
+/* The hashed entries of the eight vertices, of a half's points. */
+INLINE void hash(const struct level *l, const half low[3], half entry[8])
 {
-    const ivec ky = ivec_set1((int)GRID_HASH_Y), kz = ivec_set1((int)GRID_HASH_Z);
-    const ivec mask = ivec_set1((int)l->mask);
-    ivec x[2] = {low[0], ivec_add(low[0], ivec_set1(1))};
-    ivec y[2] = {ivec_mul(low[1], ky)}, z[2] = {ivec_mul(low[2], kz)};
-    y[1] = ivec_add(y[0], ky);
-    z[1] = ivec_add(z[0], kz);
-    EACH(k, 8) entry[k] = ivec_xor_and(x[k & 1], ivec_xor(y[k >> 1 & 1], z[k >> 2]), mask);
+    const half ky = half_set1((int)GRID_HASH_Y), kz = half_set1((int)GRID_HASH_Z);
+    const half mask = half_set1((int)l->mask);
+    half x[2] = {low[0], half_add(low[0], half_set1(1))};
+    half y[2] = {half_mul(low[1], ky)}, z[2] = {half_mul(low[2], kz)};
+    y[1] = half_add(y[0], ky);
+    z[1] = half_add(z[0], kz);
+    EACH(k, 8) entry[k] = half_xor_and(x[k & 1], half_xor(y[k >> 1 & 1], z[k >> 2]), mask);
 }
 
 /* The first entry of a dense array; vertex k lies dense_step(l, k) entries on. */
-INLINE ivec dense(const struct level *l, const ivec low[3])
+INLINE half dense(const struct level *l, const half low[3])
 {
-    const ivec edge = ivec_set1((int)l->edge);
-    return ivec_add(low[0], ivec_mul(edge, ivec_add(low[1], ivec_mul(edge, low[2]))));
+    const half edge = half_set1((int)l->edge);
+    return half_add(low[0], half_mul(edge, half_add(low[1], half_mul(edge, low[2]))));
 }
 
 INLINE size_t dense_step(const struct level *l, int k)
 {
     return (size_t)(k & 1) + (size_t)l->edge * ((size_t)(k >> 1 & 1) + (size_t)l->edge * (k >> 2));
+}
+
+/* Whether all points of a half are in one cell: pixels side by side often are, on coarse levels. */
+INLINE bool is_shared(const half low[3])
+{
+    return half_is_same(
+        half_or(half_differs(low[0]), half_or(half_differs(low[1]), half_differs(low[2]))));
+}
+
+/* The values of the eight vertices of the cell that all points of a half share. */
+INLINE void load_shared(const bool is_hashed, const struct level *l, const float *values,
+                        const half low[3], vec v[8])
+{
+    const uint32_t x = half_first(low[0]), y = half_first(low[1]), z = half_first(low[2]);
+    const uint32_t ky = is_hashed ? GRID_HASH_Y : l->edge;
+    const uint32_t kz = is_hashed ? GRID_HASH_Z : l->edge * l->edge;
+    EACH(k, 8)
+    {
+        const uint32_t xk = x + (k & 1), yk = (y + (k >> 1 & 1)) * ky, zk = (z + (k >> 2)) * kz;
+        const uint32_t entry = is_hashed ? (xk ^ yk ^ zk) & l->mask : xk + yk + zk;
+        v[k] = pairs_set1(values + (size_t)entry * GRID_FEATURES);
+    }
+}
+
+/* The same where they do not. */
+INLINE void load_each(const bool is_hashed, const struct level *l, const float *values,
+                      const half low[3], vec v[8])
+{
+    if (is_hashed) {
+        half entry[8];
+        hash(l, low, entry);
+        EACH(k, 8) v[k] = pairs_gather(values, entry[k]);
+    } else {
+        const half entry = dense(l, low);
+        EACH(k, 8) v[k] = pairs_gather(values + GRID_FEATURES * dense_step(l, k), entry);
+    }
 }
 
 /* Between a and b. */
@@ -89,31 +127,27 @@ INLINE vec mix(vec a, vec b, vec f)
 }
 
 /* out [HALVES]: the pairs of all points. */
-INLINE void encode_level(const struct level *l, const float *values, const vec p[3], vec *out)
+INLINE void encode_level(const bool is_hashed, const struct level *l, const float *values,
+                         const vec p[3], vec *out)
 {
-    ivec low[3], entry[8];
+    ivec lows[3];
     vec f[3];
-    find_low(l, p, low, f);
-    if (l->is_hashed) {
-        hash(l, low, entry);
-    } else {
-        entry[0] = dense(l, low);
-    }
-    EACH(half, HALVES)
+    find_low(l, p, lows, f);
+    EACH(i, HALVES)
     {
         vec v[8];
-        if (l->is_hashed) {
-            EACH(k, 8) v[k] = pairs_gather(values, entry[k], half);
-        } else {
-            EACH(k, 8)
-            v[k] = pairs_gather(values + GRID_FEATURES * dense_step(l, k), entry[0], half);
-        }
+        half low[3];
+        EACH(a, 3) low[a] = ivec_half(lows[a], i);
+        if (is_shared(low))
+            load_shared(is_hashed, l, values, low, v);
+        else
+            load_each(is_hashed, l, values, low, v);
         EACH(a, 3)
         {
-            const vec fa = pairs_repeat(f[a], half);
+            const vec fa = pairs_repeat(f[a], i);
             EACH(k, 4 >> a) v[k] = mix(v[2 * k], v[2 * k + 1], fa);
         }
-        out[half] = v[0];
+        out[i] = v[0];
     }
 }
 
@@ -154,17 +188,21 @@ static void encode(const struct grid_encode *a)
             for (uint32_t i = 0; i < n_levels; i++) {
                 const struct level l = level_of(g, first + i);
                 vec out[HALVES];
-                encode_level(&l, a->table + g->at[first + i], p, out);
-                EACH(half, HALVES) pairs[half][i] = out[half];
+                const float *values = a->table + g->at[first + i];
+                if (l.is_hashed)
+                    encode_level(true, &l, values, p, out);
+                else
+                    encode_level(false, &l, values, p, out);
+                EACH(k, HALVES) pairs[k][i] = out[k];
             }
             for (uint32_t i = n_levels; i < PAIRS; i++)
-                EACH(half, HALVES) pairs[half][i] = vec_set1(0.0f);
-            EACH(half, HALVES)
+                EACH(k, HALVES) pairs[k][i] = vec_set1(0.0f);
+            EACH(k, HALVES)
             {
-                const uint32_t row = r + (uint32_t)half * PAIRS;
+                const uint32_t row = r + (uint32_t)k * PAIRS;
                 if (row >= a->n) continue;
                 const uint32_t n_rows = a->n - row < PAIRS ? a->n - row : PAIRS;
-                store_pairs(a, row, n_rows, first, n_levels, pairs[half]);
+                store_pairs(a, row, n_rows, first, n_levels, pairs[k]);
             }
         }
     }
@@ -180,21 +218,26 @@ static void back(const struct grid_back *a)
         uint32_t entry[8][LANES] __attribute__((aligned(64)));
         float weight[8][LANES] __attribute__((aligned(64)));
         vec p[3], f[3], rest[3];
-        ivec low[3], entries[8];
+        ivec lows[3];
         load_points(p, a->positions, a->pitch, r, a->n);
-        find_low(&l, p, low, f);
-        if (l.is_hashed) {
-            hash(&l, low, entries);
-        } else {
-            const ivec first = dense(&l, low);
-            EACH(k, 8) entries[k] = ivec_add(first, ivec_set1((int)dense_step(&l, k)));
+        find_low(&l, p, lows, f);
+        EACH(i, HALVES)
+        {
+            half low[3], entries[8];
+            EACH(c, 3) low[c] = ivec_half(lows[c], i);
+            if (l.is_hashed) {
+                hash(&l, low, entries);
+            } else {
+                const half first = dense(&l, low);
+                EACH(k, 8) entries[k] = half_add(first, half_set1((int)dense_step(&l, k)));
+            }
+            EACH(k, 8) half_store(entry[k] + i * PAIRS, entries[k]);
         }
         EACH(c, 3) rest[c] = vec_sub(vec_set1(1.0f), f[c]);
         EACH(k, 8)
         {
             const vec xy = vec_mul(k & 1 ? f[0] : rest[0], k & 2 ? f[1] : rest[1]);
             vec_store(weight[k], vec_mul(xy, k & 4 ? f[2] : rest[2]));
-            ivec_store(entry[k], entries[k]);
         }
         /* One point after the other, as two may share a vertex. */
         for (uint32_t i = 0; i < n; i++) {

@@ -232,8 +232,8 @@ static lmn_status read_options(const json_t *root, struct bench_options *o, cons
     TRY(read_depth(root, "max_depth", &o->max_depth, err));
     TRY(read_depth(root, "rr_depth", &o->rr_depth, err));
     TRY(read_method(root, &o->is_faithful, err));
-    if (o->runs == 0 || o->patches == 0)
-        return fail(err, LMN_ERR_ARGUMENT, "bench: runs and patches are at least 1");
+    if (o->runs == 0 || o->patches == 0 || (json_object_get(root, "width") && o->width == 0))
+        return fail(err, LMN_ERR_ARGUMENT, "bench: runs, width and patches are at least 1");
     if (size) {
         o->size[0] = (uint32_t)json_integer_value(json_array_get(size, 0));
         o->size[1] = (uint32_t)json_integer_value(json_array_get(size, 1));

@@ -136,6 +136,11 @@ LMN_API lmn_status lmn_image_compare(lmn_context *context, const lmn_image *test
                                      const lmn_image *reference, lmn_metrics *out,
                                      lmn_image **error_map);
 
+/* Compares tests[i] with references[i] for all i < n, on all threads; out [n]. */
+LMN_API lmn_status lmn_image_compare_all(lmn_context *context, uint32_t n,
+                                         const lmn_image *const *tests,
+                                         const lmn_image *const *references, lmn_metrics *out);
+
 /* Pictures beside each other, a row of columns and a caption for each configuration. */
 typedef struct lmn_sheet {
     uint32_t struct_size;

@@ -111,6 +111,47 @@ done:
     return status;
 }
 
+/* Many comparisons for the pool's workers. */
+struct comparisons {
+    const lmn_image *const *tests, *const *references;
+    lmn_metrics *out;
+    lmn_status *statuses; /* [n] */
+    struct error *errors; /* [n] */
+};
+
+static void compare_one(void *ctx, uint32_t i, uint32_t worker)
+{
+    const struct comparisons *c = ctx;
+    (void)worker;
+    c->statuses[i] = metrics_compare(&c->tests[i]->image, &c->references[i]->image, &c->out[i],
+                                     NULL, &c->errors[i]);
+}
+
+lmn_status lmn_image_compare_all(lmn_context *context, uint32_t n, const lmn_image *const *tests,
+                                 const lmn_image *const *references, lmn_metrics *out)
+{
+    struct error *err = context_begin(context);
+    lmn_status status = LMN_OK;
+    struct comparisons c = {.tests = tests,
+                            .references = references,
+                            .out = out,
+                            .statuses = mem_new(n, sizeof *c.statuses),
+                            .errors = mem_new(n, sizeof *c.errors)};
+    if (!c.statuses || !c.errors) {
+        status = fail_memory(err, "comparing images");
+        goto done;
+    }
+    pool_run(context->pool, n, compare_one, &c);
+    for (uint32_t i = 0; i < n && status == LMN_OK; i++) {
+        status = c.statuses[i];
+        if (status != LMN_OK) *err = c.errors[i];
+    }
+done:
+    mem_free(c.statuses);
+    mem_free(c.errors);
+    return status;
+}
+
 lmn_status lmn_image_sheet(lmn_context *context, const lmn_sheet *sheet, lmn_image **out)
 {
     lmn_status status = LMN_OK;

@@ -95,6 +95,11 @@ static void test_image(void **state)
     EXPECT(context, lmn_image_load(context, path, &again), LMN_OK);
     assert_int_equal(lmn_image_n_channels(again), 4);
     EXPECT(context, lmn_image_compare(context, again, image, &m, &map), LMN_OK);
+    const lmn_image *const tests[] = {again, image}, *const references[] = {image, image};
+    lmn_metrics all[2];
+    EXPECT(context, lmn_image_compare_all(context, 2, tests, references, all), LMN_OK);
+    assert_memory_equal(&all[0], &m, sizeof m);
+    assert_true(all[1].mae == 0.0);
     assert_true(m.mse == 0.0 && isinf(m.psnr));
     assert_int_equal(lmn_image_width(map), 12);
     lmn_image_free(map);
@@ -103,6 +108,9 @@ static void test_image(void **state)
     EXPECT(context, lmn_image_new(context, 10, 16, 3, NULL, &again), LMN_OK);
     EXPECT(context, lmn_image_compare(context, again, image, &m, &map), LMN_ERR_ARGUMENT);
     assert_null(map);
+    const lmn_image *const wrong[] = {image, again};
+    EXPECT(context, lmn_image_compare_all(context, 2, wrong, references, all), LMN_ERR_ARGUMENT);
+    assert_true(strlen(lmn_context_message(context)) > 0);
     lmn_image_free(again);
     assert_int_not_equal(lmn_image_new(context, 0, 1, 3, NULL, &again), LMN_OK);
     assert_null(again);

@@ -110,9 +110,9 @@ static int cut_lines(struct training *t, const char *text)
 {
     size_t kept = strlen(t->header);
     for (const char *line = text + kept, *end; (end = strchr(line, '\n')); line = end + 1) {
-        const double step = learn_number(line, "step");
-        if (!(step <= (double)t->stats.step)) break;
-        t->measured = t->job->steps ? step : learn_number(line, "cpu_s");
+        const double step = learn_number(line, "step"), cpu_s = learn_number(line, "cpu_s");
+        if (!(step <= (double)t->stats.step) || !isfinite(cpu_s)) break;
+        t->measured = t->job->steps ? step : cpu_s;
         kept = (size_t)(end + 1 - text);
     }
     if (truncate(t->path, (off_t)kept) == 0) return EXIT_OK;
@@ -130,27 +130,36 @@ static int append_line(struct training *t, const char *line, size_t size)
 
 /* ---- Evaluation ----------------------------------------------------------------------------- */
 
-static lmn_status measure_set(struct training *t, const struct learn_set *set, lmn_metrics *mean,
-                              lmn_metrics *each)
+static lmn_status render_set(struct training *t, const struct learn_set *set, lmn_image **frames)
 {
     const struct learn_tests *tests = t->job->tests;
     const lmn_render_options o = {
         .struct_size = sizeof o, .width = tests->width, .height = tests->height};
-    double *sum = (double *)mean;
     lmn_status status = LMN_OK;
-    *mean = (lmn_metrics){0};
     for (uint32_t i = 0; i < set->n && status == LMN_OK; i++) {
-        lmn_image *frame = NULL;
         const double *values = set->values + (size_t)i * tests->n_variables;
-        status = lmn_trainer_render(t->trainer, values, &o, &frame, NULL);
-        if (status == LMN_OK)
-            status = lmn_image_compare(t->app->context, frame, set->references[i], &each[i], NULL);
-        lmn_image_free(frame);
+        status = lmn_trainer_render(t->trainer, values, &o, &frames[i], NULL);
         if (status == LMN_OK && app_signal()) status = LMN_ERR_CANCELLED;
-        if (status != LMN_OK) break;
+    }
+    return status;
+}
+
+static lmn_status measure_set(struct training *t, const struct learn_set *set, lmn_metrics *mean,
+                              lmn_metrics *each)
+{
+    lmn_image **frames = calloc(set->n, sizeof *frames);
+    double *sum = (double *)mean;
+    *mean = (lmn_metrics){0};
+    lmn_status status = frames ? render_set(t, set, frames) : LMN_ERR_MEMORY;
+    if (status == LMN_OK)
+        status = lmn_image_compare_all(t->app->context, set->n, (const lmn_image *const *)frames,
+                                       (const lmn_image *const *)set->references, each);
+    for (uint32_t i = 0; frames && i < set->n; i++) {
         const double *from = (const double *)&each[i];
         for (size_t k = 0; k < sizeof *mean / sizeof *sum; k++) sum[k] += from[k] / set->n;
+        lmn_image_free(frames[i]);
     }
+    free(frames);
     return status;
 }
 

@@ -371,7 +371,7 @@ typedef struct lmn_train_stats {
     double acceptance;                /* of proposals, running average */
     uint32_t resolution;              /* virtual resolution now */
     uint32_t fresh;                   /* 1: the last batch was traced, 0: replayed */
-    uint32_t batch;                   /* patches in it */
+    uint32_t batch;                   /* patches in it; improved: configurations */
     uint64_t n_traced;                /* patches path-traced so far; improved: configurations */
     double cpu_s; /* processor time divided by threads, over all runs of this training */
     double trace_s, network_s; /* of it: path tracing, network */

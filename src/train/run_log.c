@@ -24,10 +24,12 @@ static void write_run(const struct trainer *t, struct json *j)
     json_begin_object(j, "run");
     json_put_string(j, "scene", t->place.scene_path);
     json_put_string(j, "method", t->learner ? "improved" : "faithful");
-    json_begin_array(j, "variables"); /* the dimensions of the chains */
+    json_begin_array(j, "variables"); /* faithful: with the other dimensions of the chains */
     for (uint32_t i = 0; i < s->n_variables; i++) json_put_string(j, NULL, s->variables[i].name);
-    json_put_string(j, NULL, "patch.x");
-    json_put_string(j, NULL, "patch.y");
+    if (!t->learner) {
+        json_put_string(j, NULL, "patch.x");
+        json_put_string(j, NULL, "patch.y");
+    }
     json_end(j);
     json_put_integer(j, "seed", (int64_t)t->options.seed);
     json_put_integer(j, "n_weights", (int64_t)trainer_n_weights(t));

@@ -338,12 +338,12 @@ def broken(data, method):
     size = struct.unpack_from("<Q", data)[0]
     header = json.loads(data[8:8 + size])
     for key in header["__metadata__"]:
-        for value in ("", "-1", "9" * 30, "[null]", "{}", "\n\u0000"):
+        for value in ("", "9" * 30, "[null]", "{\n\u0000}"):
             yield f"{key} is {value!r}", put(key, value)
         yield f"no {key}", edit(data, lambda h, k=key: h["__metadata__"].pop(k))
     options = json.loads(header["__metadata__"]["options"])
     for key, value in options.items():
-        for absurd in (-1, 0, 4294967295, 1e300, None):
+        for absurd in (-1, 4294967295, None):
             if absurd != value:
                 yield f"option {key} = {absurd!r}", put("options", json.dumps({**options, key: absurd}))
     if method == "improved":
@@ -353,7 +353,7 @@ def broken(data, method):
                 yield f"network {key} = {str(absurd)[:30]}", put("network", json.dumps({**network, key: absurd}))
     for name in [n for n in header if n != "__metadata__"]:
         yield f"no {name}", edit(data, lambda h, k=name: h.pop(k))
-        for what, change in {"rows 2^40": {"shape": [1 << 40]}, "I8": {"dtype": "I8"},
+        for what, change in {"rows 2^40": {"shape": [1 << 40]},
                              "elsewhere": {"data_offsets": [0, 1 << 50]}}.items():
             yield f"{name}: {what}", edit(data, lambda h, k=name, c=change: h[k].update(c))
         if header[name]["data_offsets"][0] < header[name]["data_offsets"][1]:

@@ -4,6 +4,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 const struct arg_option learn_options[N_LEARN_OPTIONS] = {
     {.name = "methods",
@@ -201,18 +202,32 @@ static int open_scenes(struct learn_results *r, const struct scene_args *scene_a
     return code;
 }
 
+static void announce(const struct learn_results *r)
+{
+    const struct learn_args *a = r->args;
+    const uint32_t n = r->n_scenes * r->n_methods * a->seeds;
+    if (a->steps)
+        app_say(r->app, "%u trainings of %llu steps", n, (unsigned long long)a->steps);
+    else
+        app_say(r->app, "%u trainings of %g minutes, %.3g h, besides tests", n, a->minutes,
+                n * a->minutes / 60.0);
+}
+
 int learn_bench(struct app *app, const struct learn_args *args, const struct scene_args *scene_args,
                 char *const *paths, uint32_t n_paths, bool as_json)
 {
     struct learn_args a = *args;
     struct learn_method *methods = calloc(LEARN_MAX_METHODS, sizeof *methods);
     struct learn_results r = {.app = app, .args = &a, .methods = methods, .n_scenes = n_paths};
+    int lock = -1;
     r.scenes = calloc(n_paths + 1u, sizeof *r.scenes);
     int code = methods && r.scenes ? check(app, &a, scene_args, n_paths)
                                    : app_error(app, EXIT_FAILED, "out of memory");
     if (code == EXIT_OK) code = learn_parse_methods(app, &a, methods, &r.n_methods);
     if (code == EXIT_OK) code = open_scenes(&r, scene_args, paths);
     if (code == EXIT_OK) code = learn_make_folder(app, a.out);
+    if (code == EXIT_OK) code = learn_lock(app, a.out, &lock);
+    if (code == EXIT_OK) announce(&r);
     for (uint32_t i = 0; code == EXIT_OK && i < n_paths; i++)
         code = learn_tests_open(&r.scenes[i].tests, app, &a, r.scenes[i].scene, r.scenes[i].name);
     for (uint32_t i = 0; code == EXIT_OK && i < n_paths; i++) code = run_scene(&r, &r.scenes[i]);
@@ -226,5 +241,6 @@ int learn_bench(struct app *app, const struct learn_args *args, const struct sce
     }
     free(r.scenes);
     free(methods);
+    if (lock >= 0) close(lock);
     return code;
 }

@@ -181,6 +181,9 @@ int learn_sheet_save(const struct learn_results *r, const struct learn_scene *sc
 /* Makes a folder and those above it. */
 int learn_make_folder(struct app *app, const char *path);
 
+/* Keeps other processes out of a folder until *lock is closed or the process ends. */
+int learn_lock(struct app *app, const char *folder, int *lock);
+
 /* Writes a whole text so that others see the old or the new one. */
 int learn_save_text(struct app *app, const char *path, const char *text, size_t size);
 

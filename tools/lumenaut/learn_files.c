@@ -3,9 +3,11 @@
 #include "learn.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -34,6 +36,22 @@ int learn_make_folder(struct app *app, const char *path)
     }
     if (stat(part, &s) == 0 && S_ISDIR(s.st_mode)) return EXIT_OK;
     return app_error(app, EXIT_FAILED, "%s: is no folder", path);
+}
+
+int learn_lock(struct app *app, const char *folder, int *lock)
+{
+    char path[LEARN_PATH];
+    learn_path(path, "%s/.lock", folder);
+    *lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (*lock < 0)
+        return app_error(app, EXIT_FAILED, "%s: cannot write: %s", path, strerror(errno));
+    if (flock(*lock, LOCK_EX | LOCK_NB) == 0) return EXIT_OK;
+    const int reason = errno;
+    close(*lock);
+    *lock = -1;
+    if (reason == EWOULDBLOCK)
+        return app_error(app, EXIT_FAILED, "%s: another bench learn is at work there", folder);
+    return app_error(app, EXIT_FAILED, "%s: cannot lock: %s", path, strerror(reason));
 }
 
 int learn_save_text(struct app *app, const char *path, const char *text, size_t size)

@@ -39,6 +39,14 @@ one, two = (timeless(json.load(open(f"{n}/results.json"))) for n in ("one", "two
 assert one == two
 END
 
+# one process at a time
+code 1 /usr/bin/python3 - "$lumenaut" "$scene" <<'END' 2>&1
+import fcntl, subprocess, sys
+with open("one/.lock") as lock:
+    fcntl.flock(lock, fcntl.LOCK_EX)
+    sys.exit(subprocess.call([sys.argv[1], "bench", "learn", sys.argv[2], "--out", "one", "-q"]))
+END
+
 # more steps go on; other options, bad ones and other scenes do not
 learn --out one --steps 8 | grep -q 'uniform'
 json '[e["step"] for e in d["scenes"][0]["runs"][5]["evaluations"]] == [1, 2, 4, 6, 8]' <one/results.json

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "base/file.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -93,4 +96,28 @@ void file_writer_release(struct file_writer *w)
     mem_free(w->temporary);
     mem_free(w->path);
     *w = (struct file_writer){0};
+}
+
+/* "NAME.tmp123" of a process 123 that is no more. */
+static bool is_leftover(const char *entry, const char *name)
+{
+    const size_t n = strlen(name);
+    char *end;
+    if (strncmp(entry, name, n) != 0 || strncmp(entry + n, ".tmp", 4) != 0) return false;
+    const char *digits = entry + n + 4;
+    const long pid = strtol(digits, &end, 10);
+    return *digits >= '1' && *digits <= '9' && *end == '\0' && pid > 0 &&
+           kill((pid_t)pid, 0) != 0 && errno == ESRCH;
+}
+
+void file_remove_leftovers(const char *path)
+{
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    struct str folder = {0};
+    str_add(&folder, "%.*s", slash ? (int)(slash - path) + 1 : 2, slash ? path : "./");
+    DIR *d = folder.failed ? NULL : opendir(folder.text);
+    for (struct dirent *e; d && (e = readdir(d)) != NULL;)
+        if (is_leftover(e->d_name, name)) unlinkat(dirfd(d), e->d_name, 0);
+    if (d) closedir(d);
+    str_release(&folder);
 }

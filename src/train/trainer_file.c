@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/file.h"
 #include "base/json.h"
 #include "base/mem.h"
 #include "train/checkpoint.h"
@@ -199,6 +200,8 @@ lmn_status trainer_save(const struct trainer *t, const char *path, struct error 
         status = fail(err, LMN_ERR_ARGUMENT, "a checkpoint is two files: it needs a name");
         goto done;
     }
+    file_remove_leftovers(state);
+    file_remove_leftovers(path);
     TRY(save_part(t, state, true, err));
     TRY(save_part(t, path, false, err));
 done:

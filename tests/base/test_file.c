@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "cmocka_all.h"
@@ -170,6 +171,33 @@ static void test_atomic(void **state)
     mem_free(block);
 }
 
+/* A temporary file of a process that is no more goes; others stay. */
+static void test_leftovers(void **state)
+{
+    (void)state;
+    char names[5][160];
+    pid_t child = fork();
+    if (child == 0) _exit(0);
+    assert_true(child > 0);
+    assert_int_equal(waitpid(child, NULL, 0), child);
+    snprintf(names[0], sizeof names[0], "%s.tmp%ld", path, (long)child);
+    snprintf(names[1], sizeof names[1], "%s.tmp%ld", path, (long)getpid());
+    snprintf(names[2], sizeof names[2], "%s.tmp%ldx", path, (long)child);
+    snprintf(names[3], sizeof names[3], "%s.tmp", path);
+    snprintf(names[4], sizeof names[4], "%s2.tmp%ld", path, (long)child);
+    for (int i = 0; i < 5; i++) {
+        FILE *f = fopen(names[i], "w");
+        assert_non_null(f);
+        fclose(f);
+    }
+    const size_t before = count_files();
+    file_remove_leftovers(path);
+    assert_int_equal(access(names[0], F_OK), -1);
+    assert_int_equal(count_files(), before - 1);
+    file_remove_leftovers("/nowhere/at/all");
+    for (int i = 1; i < 5; i++) assert_int_equal(unlink(names[i]), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -177,6 +205,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_write_failures, setup, teardown),
         cmocka_unit_test_setup_teardown(test_read_failures, setup, teardown),
         cmocka_unit_test_setup_teardown(test_atomic, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_leftovers, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

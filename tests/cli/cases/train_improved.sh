@@ -19,6 +19,7 @@ train -o killed.lmn --resume --steps $end
 train $small -o whole.lmn --steps $end
 cmp killed.lmn whole.lmn
 cmp killed.lmn.state whole.lmn.state
+[ -z "$(ls | grep '\.tmp')" ] # what a kill left of a file is cleared away
 
 # the model alone renders, and cannot be resumed; nor with the state of another training
 mkdir away

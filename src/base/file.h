@@ -32,8 +32,8 @@ lmn_status file_writer_open(struct file_writer *w, const char *path, struct erro
 lmn_status file_writer_commit(struct file_writer *w, struct error *err);
 void file_writer_release(struct file_writer *w);
 
-/* Removes the temporary files that processes which are no more, killed while they wrote `path`, have
- * left beside it. What cannot be removed stays. */
+/* Removes the temporary files beside `path` that processes left which were killed while they wrote
+ * it. What cannot be removed stays. */
 void file_remove_leftovers(const char *path);
 
 #endif

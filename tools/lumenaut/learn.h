@@ -131,6 +131,9 @@ enum { LEARN_MAPE, LEARN_RELMSE, LEARN_FLIP, N_LEARN_METRICS };
 /* What the JSON text says after "key":, from `from` on; NAN without it. */
 double learn_number(const char *from, const char *key);
 
+/* What marks the last line of a training that came apart. */
+#define LEARN_FAILED "\"failed\":"
+
 /* One evaluation. */
 struct learn_point {
     char *line; /* of the file; owned */
@@ -140,6 +143,7 @@ struct learn_point {
 struct learn_curve {
     struct learn_point *points; /* owned */
     uint32_t n;
+    char *failure; /* the line of a training that came apart after them, or NULL; owned */
 };
 
 /* Reads the evaluations up to the first at or after the end of the job; fewer when it is not

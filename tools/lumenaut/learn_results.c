@@ -49,6 +49,12 @@ int learn_curve_read(struct learn_curve *c, const struct learn_job *job)
     const char *line = strchr(text, '\n'); /* the header says what was checked already */
     bool is_over = false;
     for (const char *end; line && !is_over && (end = strchr(line + 1, '\n')); line = end) {
+        const char *failed = strstr(line + 1, LEARN_FAILED);
+        if (failed && failed < end) {
+            c->failure = strndup(line + 1, (size_t)(end - line - 1));
+            if (!c->failure) code = app_error(job->app, EXIT_FAILED, "out of memory");
+            break;
+        }
         struct learn_point *more = realloc(c->points, (c->n + 1) * sizeof *more);
         if (more) c->points = more;
         if (!more || !read_point(line + 1, (size_t)(end - line - 1), &c->points[c->n])) {
@@ -66,6 +72,7 @@ void learn_curve_release(struct learn_curve *c)
 {
     for (uint32_t i = 0; i < c->n; i++) free(c->points[i].line);
     free(c->points);
+    free(c->failure);
     *c = (struct learn_curve){0};
 }
 
@@ -102,14 +109,18 @@ static uint32_t n_common(const struct learn_results *r, const struct learn_curve
 }
 
 /* Median over the seeds' k-th evaluations; k UINT32_MAX: their last. range (may be NULL): the
- * smallest and largest. */
+ * smallest and largest. One that came apart counts as infinite. */
 static double error_at(const struct learn_results *r, const struct learn_curve *c, uint32_t k,
                        int set, int metric, double range[2])
 {
     double values[LEARN_MAX_SEEDS];
     uint32_t n = 0;
-    for (uint32_t i = 0; i < r->args->seeds; i++)
-        if (c[i].n > 0) values[n++] = c[i].points[k < c[i].n ? k : c[i].n - 1].error[set][metric];
+    for (uint32_t i = 0; i < r->args->seeds; i++) {
+        if (c[i].failure && k >= c[i].n)
+            values[n++] = INFINITY;
+        else if (c[i].n > 0)
+            values[n++] = c[i].points[k < c[i].n ? k : c[i].n - 1].error[set][metric];
+    }
     const double middle = median(values, n);
     if (range) {
         range[0] = n ? values[0] : NAN;
@@ -270,6 +281,7 @@ static void write_scene(const struct learn_results *r, const struct learn_scene 
             jo_array(j, "evaluations");
             for (uint32_t p = 0; p < c->n; p++) jo_raw(j, NULL, c->points[p].line);
             jo_end(j);
+            if (c->failure) jo_raw(j, "failure", c->failure);
             jo_end(j);
         }
     }
@@ -373,7 +385,8 @@ static void print_set(const struct learn_results *r, const struct learn_scene *s
     printf("%s, %u %s configurations, median of %u seed%s\n", s->name, r->args->n,
            learn_set_names[set], r->args->seeds, r->args->seeds > 1 ? "s" : "");
     printf("%-*s %8s %8s %8s   %-35s   %s\n", width, "method", "MAPE", "relMSE", "FLIP",
-           has_faithful ? "as good as faithful's end after" : "", "uniform's error / its own");
+           has_faithful ? "as good as faithful's end after" : "",
+           uniform_method(r) == UINT32_MAX ? "" : "uniform's error / its own");
     for (uint32_t m = 0; m < r->n_methods; m++) {
         const bool is_faithful = r->methods[m].options.method == LMN_METHOD_FAITHFUL;
         struct verdict v[N_LEARN_METRICS];

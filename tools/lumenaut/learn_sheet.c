@@ -2,6 +2,7 @@
 /* The sheet of bench learn: what the networks show at their end, beside references. */
 #include "learn.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -40,6 +41,12 @@ static bool sheet_init(struct sheet *s)
     s->exposures = calloc(s->n_rows, sizeof *s->exposures);
     s->captions = calloc(s->n_rows, sizeof *s->captions);
     s->metrics = calloc((size_t)s->n_rows * n_methods, sizeof *s->metrics);
+    for (uint32_t r = 0; s->images && s->exposures && r < s->n_rows; r++) {
+        uint32_t index;
+        const struct learn_set *set = set_of(s, r, &index);
+        s->images[(size_t)r * s->n_columns] = set->references[index];
+        s->exposures[r] = 1.0; /* until a comparison says better */
+    }
     return s->images && s->exposures && s->captions && s->metrics;
 }
 
@@ -51,6 +58,22 @@ static void sheet_release(struct sheet *s)
     free(s->exposures);
     free(s->captions);
     free(s->metrics);
+}
+
+/* Black columns for a training that came apart. */
+static lmn_status leave_out(struct sheet *s, uint32_t method)
+{
+    const struct learn_tests *tests = &s->scene->tests;
+    const uint32_t n_methods = s->results->n_methods;
+    lmn_status status = LMN_OK;
+    for (uint32_t r = 0; r < s->n_rows; r++) {
+        lmn_image **picture = s->images + (size_t)r * s->n_columns + 1 + method;
+        s->metrics[r * n_methods + method] = (lmn_metrics){.mape = INFINITY, .flip = INFINITY};
+        for (uint32_t k = 0; k < 2 && status == LMN_OK; k++)
+            status = lmn_image_new(s->results->app->context, tests->width, tests->height, 3, NULL,
+                                   picture + k * n_methods);
+    }
+    return status;
 }
 
 /* Renders a column of pictures and one of maps by the model of the first seed. */
@@ -71,7 +94,6 @@ static lmn_status render_method(struct sheet *s, uint32_t method)
         lmn_image **row = s->images + (size_t)r * s->n_columns;
         lmn_image **picture = row + 1 + method, **map = picture + s->results->n_methods;
         lmn_metrics *m = &s->metrics[r * s->results->n_methods + method];
-        row[0] = set->references[index];
         status = lmn_model_render(context, model, set->values + (size_t)index * tests->n_variables,
                                   &o, picture, NULL);
         if (status == LMN_OK) status = lmn_image_compare(context, *picture, row[0], m, map);
@@ -144,8 +166,10 @@ int learn_sheet_save(const struct learn_results *r, const struct learn_scene *sc
     lmn_status status = LMN_OK;
     int code = sheet_init(&s) ? EXIT_OK : app_error(r->app, EXIT_FAILED, "out of memory");
     r->app->is_silent = true;
-    for (uint32_t m = 0; code == EXIT_OK && status == LMN_OK && m < r->n_methods; m++)
-        status = render_method(&s, m);
+    for (uint32_t m = 0; code == EXIT_OK && status == LMN_OK && m < r->n_methods; m++) {
+        const bool has_failed = scene->curves[(size_t)m * r->args->seeds].failure != NULL;
+        status = has_failed ? leave_out(&s, m) : render_method(&s, m);
+    }
     r->app->is_silent = false;
     for (uint32_t row = 0; code == EXIT_OK && status == LMN_OK && row < s.n_rows; row++)
         write_caption(&s, row);

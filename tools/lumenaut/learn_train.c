@@ -26,6 +26,7 @@ struct training {
     struct train_log log;
     char *header; /* the first line of the file of results, newline included */
     char model[LEARN_PATH], state[LEARN_PATH], path[LEARN_PATH];
+    bool has_failed;
     double measured; /* position() of the last evaluation; 0: none */
     double saved_clock_s;
 };
@@ -178,22 +179,37 @@ static void write_each(struct json_out *j, const char *key, const lmn_metrics *e
     jo_end(j);
 }
 
-static int measure(struct training *t)
+/* A training that came apart has failed for good, and that is a result; the others go on. */
+static int give_up(struct training *t)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *f = open_memstream(&text, &size);
+    if (!f) return app_error(t->app, EXIT_FAILED, "out of memory");
+    struct json_out j = {.f = f};
+    jo_object(&j, NULL);
+    jo_count(&j, "step", t->stats.step);
+    jo_number(&j, "cpu_s", t->stats.cpu_s);
+    jo_string(&j, "failed", lmn_context_message(t->app->context));
+    jo_end(&j);
+    int code = fclose(f) == 0 ? EXIT_OK : app_error(t->app, EXIT_FAILED, "out of memory");
+    app_say(t->app, "%s seed %llu: %s", t->job->method->label, (unsigned long long)t->job->seed,
+            lmn_context_message(t->app->context));
+    if (code == EXIT_OK) code = append_line(t, text, size);
+    free(text);
+    t->has_failed = true;
+    return code;
+}
+
+/* The line of an evaluation. */
+static int record(struct training *t, const lmn_metrics *means, const lmn_metrics *each)
 {
     const lmn_train_stats *s = &t->stats;
     const uint32_t n = t->job->tests->sets[LEARN_UNIFORM].n;
-    lmn_metrics means[N_LEARN_SETS], *each = calloc(n * (size_t)N_LEARN_SETS, sizeof *each);
     char *text = NULL;
     size_t size = 0;
-    FILE *f = each ? open_memstream(&text, &size) : NULL;
-    lmn_status status = LMN_OK;
-    int code = f ? EXIT_OK : app_error(t->app, EXIT_FAILED, "out of memory");
-    if (code != EXIT_OK) goto done;
-    t->app->is_silent = true;
-    for (int k = 0; k < N_LEARN_SETS && status == LMN_OK; k++)
-        status = measure_set(t, &t->job->tests->sets[k], &means[k], each + (size_t)k * n);
-    t->app->is_silent = false;
-    if (status != LMN_OK) code = app_failed(t->app, status, BLAME_WORK);
+    FILE *f = open_memstream(&text, &size);
+    if (!f) return app_error(t->app, EXIT_FAILED, "out of memory");
     struct json_out j = {.f = f};
     jo_object(&j, NULL);
     jo_count(&j, "step", s->step);
@@ -201,8 +217,7 @@ static int measure(struct training *t)
     jo_number(&j, "trace_s", s->trace_s);
     jo_number(&j, "network_s", s->network_s);
     jo_count(&j, "traced", s->n_traced);
-    for (int k = 0; code == EXIT_OK && k < N_LEARN_SETS; k++)
-        jo_metrics(&j, learn_set_names[k], &means[k]);
+    for (int k = 0; k < N_LEARN_SETS; k++) jo_metrics(&j, learn_set_names[k], &means[k]);
     jo_object(&j, "each");
     for (int k = 0; k < N_LEARN_SETS; k++) {
         const lmn_metrics *of = each + (size_t)k * n;
@@ -214,16 +229,36 @@ static int measure(struct training *t)
     }
     jo_end(&j);
     jo_end(&j);
-    if (fclose(f) != 0 && code == EXIT_OK) code = app_error(t->app, EXIT_FAILED, "out of memory");
+    int code = fclose(f) == 0 ? EXIT_OK : app_error(t->app, EXIT_FAILED, "out of memory");
     if (code == EXIT_OK) code = append_line(t, text, size);
     if (code == EXIT_OK)
         app_say(t->app, "%s seed %llu, step %llu, %.1f s: MAPE %.4f and %.4f (hard)",
                 t->job->method->label, (unsigned long long)t->job->seed,
                 (unsigned long long)s->step, s->cpu_s, means[LEARN_UNIFORM].mape,
                 means[LEARN_HARD].mape);
-    t->measured = position(t->job, s);
-done:
     free(text);
+    return code;
+}
+
+static int measure(struct training *t)
+{
+    const uint32_t n = t->job->tests->sets[LEARN_UNIFORM].n;
+    lmn_metrics means[N_LEARN_SETS], *each = calloc(n * (size_t)N_LEARN_SETS, sizeof *each);
+    lmn_status status = each ? LMN_OK : LMN_ERR_MEMORY;
+    int code;
+    t->app->is_silent = true;
+    for (int k = 0; k < N_LEARN_SETS && status == LMN_OK; k++)
+        status = measure_set(t, &t->job->tests->sets[k], &means[k], each + (size_t)k * n);
+    t->app->is_silent = false;
+    if (status == LMN_OK)
+        code = record(t, means, each);
+    else if (status == LMN_ERR_ARGUMENT) /* pictures that are not finite */
+        code = give_up(t);
+    else if (status == LMN_ERR_MEMORY)
+        code = app_error(t->app, EXIT_FAILED, "out of memory");
+    else
+        code = app_failed(t->app, status, BLAME_WORK);
+    t->measured = position(t->job, &t->stats);
     free(each);
     return code;
 }
@@ -271,8 +306,7 @@ static int begin(struct training *t, const char *text)
 static int step(struct training *t)
 {
     char text[96];
-    const lmn_status status = lmn_trainer_step(t->trainer, &t->stats);
-    if (status != LMN_OK) return app_failed(t->app, status, BLAME_WORK);
+    if (lmn_trainer_step(t->trainer, &t->stats) != LMN_OK) return give_up(t);
     const char *line = lmn_trainer_metrics_line(t->trainer);
     if (!line) return app_error(t->app, EXIT_FAILED, "out of memory");
     train_log_add(&t->log, line);
@@ -287,13 +321,14 @@ static int loop(struct training *t)
 {
     const struct learn_job *job = t->job;
     int code = EXIT_OK;
-    while (code == EXIT_OK && t->measured < end_of(job)) {
+    while (code == EXIT_OK && !t->has_failed && t->measured < end_of(job)) {
         const bool is_due = position(job, &t->stats) >= next_due(job, t->measured);
         if (app_signal()) {
             code = save(t);
             return code == EXIT_OK ? app_failed(t->app, LMN_ERR_CANCELLED, BLAME_WORK) : code;
         }
         if (!is_due) code = step(t);
+        if (t->has_failed) break;
         const bool is_now_due = position(job, &t->stats) >= next_due(job, t->measured);
         if (code == EXIT_OK && !is_due &&
             (is_now_due || clock_s() - t->saved_clock_s > save_every_s))
@@ -306,6 +341,7 @@ static int loop(struct training *t)
 static bool is_finished(const struct learn_job *job, const char *text)
 {
     double last = 0.0;
+    if (strstr(text, LEARN_FAILED)) return true;
     for (const char *line = text, *end; (end = strchr(line, '\n')); line = end + 1) {
         const double at = learn_number(line, job->steps ? "step" : "cpu_s");
         if (at > last) last = at;

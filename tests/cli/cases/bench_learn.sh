@@ -39,6 +39,14 @@ one, two = (timeless(json.load(open(f"{n}/results.json"))) for n in ("one", "two
 assert one == two
 END
 
+# a training that comes apart is a result; the others go on
+"$lumenaut" bench learn "$scene" --methods $faithful:learning_rate=1,improved:$improved -q --out apart \
+    --steps 2 --seeds 1 --configurations 1 --candidates 1 --resolution 24 --reference-spp 4 >apart.txt
+[ "$(grep -c ' inf ' apart.txt)" -eq 2 ]
+json '"step" in d["scenes"][0]["runs"][0]["failure"] and not "failure" in d["scenes"][0]["runs"][1]' \
+    <apart/results.json
+[ -s apart/box-sheet.png ]
+
 # one process at a time
 code 1 /usr/bin/python3 - "$lumenaut" "$scene" <<'END' 2>&1
 import fcntl, subprocess, sys

@@ -6,8 +6,9 @@ A frame by a model beside path tracing and Intel's Open Image Denoise (PyPI pyoi
 and ten times the same time. T is the median time of the frame, buffers, network and all, of --size
 (900x900) with --buffer-spp (1) on --threads (2). Within T, and within 10 T, the tracer takes as many
 samples as fit in what the denoiser leaves of it, at least one; the denoiser gets albedo and normals
-from the same samples. Albedo that is 0 (metals, glass) becomes 1, as its manual asks. Its times are
-those of its filter alone, prepared and warm. Rows say when the denoiser alone takes longer.
+from the same samples. Albedo that is 0 (metals, glass) becomes 1, as its manual asks, and pixels are
+box-filtered (splatting correlates their noise, on which it fails), those of the references too. Its
+times are those of its filter alone, prepared and warm. Rows say when it alone takes longer.
 
 Configurations are those of `lumenaut eval` with --seed: uniform draws. Errors are `lumenaut compare`'s
 in the --crop middle pixels of each side (whole pictures are made and denoised), against the mean of two
@@ -20,11 +21,13 @@ import importlib.metadata
 import json
 import os
 import pathlib
+import shutil
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
+import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import OpenEXR
@@ -66,11 +69,30 @@ def write_pfm(path, image):
     path.write_bytes(f"PF\n{width} {height}\n-1\n".encode() + image[::-1].astype("<f4").tobytes())
 
 
+def box_filtered(scene, folder):
+    """The path of a copy of the scene whose film has a box filter, its files beside it by links."""
+    scene = pathlib.Path(scene).resolve()
+    tree = ElementTree.parse(scene)
+    films = list(tree.iter("film"))
+    if not films:
+        raise SystemExit(f"{scene}: has no <film> of its own")
+    for film in films:
+        for node in film.findall("rfilter"):
+            film.remove(node)
+        ElementTree.SubElement(film, "rfilter", type="box")
+    for path in scene.parent.iterdir():
+        if path != scene:
+            (folder / path.name).symlink_to(path)
+    tree.write(folder / scene.name)
+    return folder / scene.name
+
+
 class Picture:
     """How pictures of one configuration are made, and judged in the middle of them."""
 
-    def __init__(self, args, model, scene, values, folder):
+    def __init__(self, args, model, scene, box_scene, values, folder):
         self.args, self.model, self.scene, self.folder = args, model, scene, folder
+        self.box_scene = box_scene
         self.sets = [w for name, v in values.items() for w in ("-P", f"{name}={v!r}")]
         width, height = map(int, args.size.split("x"))
         w, h = min(args.crop, width), min(args.crop, height)
@@ -96,24 +118,24 @@ class Picture:
         return statistics.median(times), stack(channels(out), "", "RGB")
 
     def trace(self, spp, *words):
-        report, out = self.made("trace", self.scene, "--spp", spp, "--integrator", "path", "--buffers",
+        report, out = self.made("trace", self.box_scene, "--spp", spp, "--integrator", "path", "--buffers",
                                 "--seed", SEED, *words)
         return report["render_s"], out
 
     def reference(self):
         """Two halves, from the folder when they are there."""
         spp = self.args.reference_spp // 2
-        key = hashlib.sha256(repr((self.scene, pathlib.Path(self.scene).stat().st_mtime, self.sets,
+        key = hashlib.sha256(repr(("box", self.scene, pathlib.Path(self.scene).stat().st_mtime, self.sets,
                                    self.args.size, self.box, spp)).encode()).hexdigest()[:16]
         halves = []
         for seed in REFERENCE_SEEDS:
             path = FOLDER / f"{key}-{seed}.exr"
             if not path.exists():
                 FOLDER.mkdir(parents=True, exist_ok=True)
-                run("trace", self.scene, "-o", self.folder / "half.exr", "--json", "-q", "-t",
+                run("trace", self.box_scene, "-o", self.folder / "half.exr", "--json", "-q", "-t",
                     self.args.threads, "--size", self.args.size, "--crop", ",".join(map(str, self.box)),
                     "--spp", spp, "--integrator", "path", "--seed", seed, *self.sets)
-                (self.folder / "half.exr").rename(path)
+                shutil.move(self.folder / "half.exr", path)
             halves.append(stack(channels(path), "", "RGB"))
         return halves
 
@@ -194,10 +216,12 @@ def bench(model, args):
     listed = run("eval", model, "-n", args.configurations, "--size", 16, "--spp", 2, "--seed", args.seed,
                  "--json", "-q", "--scene", scene)["configurations"]
     results = []
-    with tempfile.TemporaryDirectory(prefix="lumenaut-denoiser-") as name:
+    with tempfile.TemporaryDirectory(prefix="lumenaut-denoiser-") as name, \
+            tempfile.TemporaryDirectory(prefix="lumenaut-scene-") as scene_folder:
+        box_scene = box_filtered(scene, pathlib.Path(scene_folder))
         for i, c in enumerate(listed):
             print(f"{model}: configuration {i + 1} of {len(listed)}", file=sys.stderr, flush=True)
-            picture = Picture(args, model, scene, c["values"], pathlib.Path(name))
+            picture = Picture(args, model, scene, box_scene, c["values"], pathlib.Path(name))
             results.append({"values": c["values"], **measure(picture)})
     noise = {m: statistics.fmean(r["noise"][m] for r in results) for m in METRICS}
     return {"model": str(model), "scene": scene, "reference_noise": noise, "mean": mean_of(results),

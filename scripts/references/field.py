@@ -5,7 +5,7 @@ field.py --check BINARY     makes references afresh and runs BINARY (test_nn_fie
 
 A small compact network (src/nn/field.h) in PyTorch, in doubles: hash grids, layers, output, loss, and
 autograd's gradient of all weights, those of the grids included. field.bin holds floats (weights and
-pixels of a few runs; outputs, losses, gradient), field.json says where in it they are.
+pixels of a few runs; outputs, losses, errors, gradient), field.json says where in it they are.
 """
 import json
 import os
@@ -18,10 +18,11 @@ import torch
 
 N_RUN = [33, 1, 130, 64] # pixels; the third in more than one tile
 CONFIG = {"n_grids": 2, "n_levels": 5, "log2_size": 9, "base": 4, "growth": 1.5,
-          "n_features": 7, "n_variables": 5, "width": 24, "depth": 3}
+          "n_features": 7, "n_variables": 5, "n_lights": 2, "width": 24, "depth": 3}
 N_FEATURES_OF_LEVEL = 2
 PRIMES = [1, 2654435761, 805459861]
 LARGEST_BELOW_1 = 1 - 2**-24
+MOST_PULL, MOST_SURPRISE = 16, 30 # bounds of src/nn/field_train.c
 
 
 def levels():
@@ -71,30 +72,46 @@ class Field:
             self.layers.append((take(n_out, n_in), take(n_out)))
         assert at == len(flat)
 
-    def __call__(self, positions, features, scale, v):
-        """Radiance [n][3] of a run's pixels."""
+    def __call__(self, positions, features, scale, v, lights, most):
+        """Of a run's pixels radiance [n][3], whose gradient by an output is at most `most` [n], and
+        the logarithm of the expected loss [n]."""
         encoded = [encode_level(table, n, positions[:, g])
                    for g, grid in enumerate(self.tables) for n, table in grid]
         h = torch.cat([*encoded, features, v.expand(len(features), -1)], 1)
-        for i, (w, b) in enumerate(self.layers):
-            h = h @ w.T + b
-            if i + 1 < len(self.layers):
-                h = torch.nn.functional.leaky_relu(h, 0.01)
-        return scale * h.clamp(-10, 12).exp()
+        for w, b in self.layers[:-1]:
+            h = torch.nn.functional.leaky_relu(h @ w.T + b, 0.01)
+        w, b = self.layers[-1]
+        o = h @ w[:-1].T + b[:-1]
+        if o.requires_grad:
+            o.register_hook(lambda d: d.clamp(-most[:, None], most[:, None]))
+        parts = o.clamp(-10, 12).exp().reshape(len(o), CONFIG["n_lights"], 3)
+        return scale * (lights * parts).sum(1), (h.detach() @ w[-1] + b[-1]).clamp(-10, 12)
 
 
 def shapes():
     """[n_out, n_in] of the layers."""
     n_in = (CONFIG["n_grids"] * CONFIG["n_levels"] * N_FEATURES_OF_LEVEL + CONFIG["n_features"] +
             CONFIG["n_variables"])
-    sizes = [n_in] + [CONFIG["width"]] * CONFIG["depth"] + [3]
+    sizes = [n_in] + [CONFIG["width"]] * CONFIG["depth"] + [3 * CONFIG["n_lights"] + 1]
     return [(sizes[i + 1], sizes[i]) for i in range(len(sizes) - 1)]
 
 
-def loss_of(f, y):
-    """Relative squared error per number, its denominator held constant (NRC 2021, Eq. 6)."""
-    luminance = f.detach() @ torch.tensor([0.2126, 0.7152, 0.0722], dtype=f.dtype)
-    return (f - y)**2 / (luminance[:, None]**2 + 0.01)
+def luminance(x):
+    return (x @ torch.tensor([0.2126, 0.7152, 0.0722], dtype=x.dtype))[:, None]
+
+
+def loss_of(f, y, half):
+    """Relative squared error per number, of each half by the other's denominator, held constant."""
+    a, b, bright = y + half, y - half, luminance(f.detach())
+
+    def denominator(other):
+        return bright * (0.25 * bright + 0.75 * luminance(other).clamp(min=0)) + 0.01
+
+    return 0.5 * (f - a)**2 / denominator(b) + 0.5 * (f - b)**2 / denominator(a)
+
+
+def error_of(f, y, half):
+    return (f - y - half) * (f - y + half) / (luminance(f)**2 + 0.01)
 
 
 def start_weights():
@@ -114,7 +131,10 @@ def pixels():
               "features": 2 * torch.rand(n, CONFIG["n_features"]) - 1,
               "scale": torch.rand(n, 3) * (torch.rand(n, 1) < 0.9),
               "targets": torch.rand(n, 3)**2 * bright * (torch.rand(n, 1) < 0.9),
-              "v": torch.rand(len(N_RUN), CONFIG["n_variables"])}
+              "halves": torch.rand(n, 3) - 0.5,
+              "weights_of_pixels": 0.2 + 2 * torch.rand(n),
+              "v": torch.rand(len(N_RUN), CONFIG["n_variables"]),
+              "lights": 0.1 + torch.rand(len(N_RUN), CONFIG["n_lights"], 3)}
     return {name: a.float().double() for name, a in arrays.items()}
 
 
@@ -124,16 +144,26 @@ def write(folder):
     torch.set_num_threads(1)
     arrays = {"weights": start_weights(), **pixels()}
     field = Field(arrays["weights"])
-    outputs, losses, first = [], [], 0
+    outputs, losses, errors, total, first = [], [], [], 0, 0
     for i, n in enumerate(N_RUN):
         run = slice(first, first + n)
-        outputs.append(field(arrays["positions"][run], arrays["features"][run], arrays["scale"][run],
-                             arrays["v"][i]))
-        losses.append(loss_of(outputs[-1], arrays["targets"][run]))
+        positions, features, scale, y, half, weights = (
+            arrays[name][run] for name in ("positions", "features", "scale", "targets", "halves",
+                                           "weights_of_pixels"))
+        unit = 1 / (3 * sum(N_RUN))
+        f, expected = field(positions, features, scale, arrays["v"][i], arrays["lights"][i],
+                            MOST_PULL * unit * weights)
+        loss = loss_of(f, y, half)
+        surprise = (loss.detach().mean(1) / expected.detach().exp()).clamp(max=MOST_SURPRISE)
+        total = total + unit * ((weights[:, None] * loss).sum() + (expected * (1 - surprise)).sum())
+        outputs.append(f.detach())
+        losses.append((weights[:, None] * loss.detach()).mean())
+        errors.append((weights[:, None] * error_of(f.detach(), y, half)).mean())
         first += n
-    torch.cat(losses).mean().backward()
-    arrays["outputs"] = torch.cat(outputs).detach()
-    arrays["losses"] = torch.stack([x.detach().mean() for x in losses])
+    total.backward()
+    arrays["outputs"] = torch.cat(outputs)
+    arrays["losses"] = torch.stack(losses)
+    arrays["errors"] = torch.stack(errors)
     arrays["gradient"] = field.flat.grad
 
     where, data, offset = {}, b"", 0

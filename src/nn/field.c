@@ -28,6 +28,7 @@ static lmn_status check(const struct field_config *c, struct error *err)
         {"grid base", c->grid.base, 1, 1 << 16},
         {"features", c->n_features, 0, MAX_FEATURES},
         {"variables", c->n_variables, 0, MAX_VARIABLES},
+        {"lights", c->n_lights, 1, FIELD_MAX_LIGHTS},
         {"width", c->width, 1, MAX_WIDTH},
         {"depth", c->depth, 1, MAX_DEPTH},
     };
@@ -52,11 +53,12 @@ static void shape(struct field *f)
     f->n_in = f->n_encoded + c->n_features;
     f->n_table = c->n_grids * f->grid.at[f->grid.n_levels];
     f->n_layers = c->depth + 1;
+    f->n_out = c->n_lights * N_COLORS + 1;
     f->width_padded = nn_n_panels(t, c->width) * t->panel;
     size_t at = f->n_table, packed = 0;
     for (uint32_t l = 0; l < f->n_layers; l++) {
         struct layer *layer = &f->layers[l];
-        layer->n_out = l < c->depth ? c->width : N_OUT;
+        layer->n_out = l < c->depth ? c->width : f->n_out;
         layer->n_in = l == 0 ? f->n_in : c->width;
         layer->n_columns = layer->n_in + (l == 0 ? c->n_variables : 0);
         layer->w_at = at;
@@ -87,17 +89,19 @@ static lmn_status take(struct field *f, size_t count, float **out, struct error 
 static lmn_status take_worker(struct field *f, struct worker *w, struct error *err)
 {
     lmn_status status = LMN_OK;
-    const uint32_t most = f->n_in > f->config.width ? f->n_in : f->config.width;
+    uint32_t most = f->n_in > f->config.width ? f->n_in : f->config.width;
+    if (f->n_out > most) most = f->n_out;
     const size_t inputs_size = nn_n_panels(&f->kernels, f->n_in) * f->stride;
+    const size_t outputs_size = nn_n_panels(&f->kernels, f->n_out) * f->stride;
     TRY(take(f, inputs_size, &w->e, err));
     TRY(take(f, f->config.depth * f->tile_size, &w->h, err));
-    TRY(take(f, f->stride, &w->y, err));
+    TRY(take(f, outputs_size, &w->y, err));
     TRY(take(f, f->width_padded, &w->bias, err));
     TRY(take(f, f->kernels.scratch_count(f->tile_rows, most), &w->scratch, err));
     if (f->config.max_pixels == 0) goto done;
     TRY(take(f, f->stride, &w->q, err));
     TRY(take(f, (size_t)f->n_layers * f->width_padded * DQ_STRIDE, &w->dq, err));
-    TRY(take(f, f->stride, &w->dy, err));
+    TRY(take(f, outputs_size, &w->dy, err));
     TRY(take(f, 2 * f->tile_size, &w->dh, err));
     TRY(take(f, inputs_size, &w->de, err));
 done:
@@ -325,12 +329,18 @@ static inline float exp_plain(float x)
     return (p * r * r + r + 1.0f) * power;
 }
 
-void field_outputs(const struct field *f, const struct worker *w, uint32_t n, float *o,
-                   float *values)
+void field_outputs(const struct field *f, const struct worker *w, uint32_t first, uint32_t count,
+                   uint32_t n, float *o, float *values)
 {
     const uint32_t panel = f->kernels.panel;
-    for (uint32_t r = 0; r < n; r++) memcpy(o + r * N_OUT, w->y + r * panel, sizeof(float[N_OUT]));
-    for (uint32_t i = 0; i < n * N_OUT; i++) {
+    for (uint32_t r = 0; r < n; r++)
+        for (uint32_t k = 0; k < count;) {
+            const uint32_t in_panel = (first + k) % panel, room = panel - in_panel;
+            const uint32_t some = count - k < room ? count - k : room;
+            memcpy(o + r * count + k, w->y + place(f, r, first + k), some * sizeof *o);
+            k += some;
+        }
+    for (uint32_t i = 0; i < n * count; i++) {
         /* What is no number stays so: training must notice. */
         const float low = o[i] < LEAST_OUTPUT ? LEAST_OUTPUT : o[i];
         values[i] = exp_plain(low > MOST_OUTPUT ? MOST_OUTPUT : low);
@@ -364,17 +374,25 @@ void field_render_part(const struct field *f, uint32_t worker, const struct fiel
                        float *out)
 {
     struct worker *w = &f->workers[worker];
-    float o[MAX_TILE_ROWS * N_OUT], values[MAX_TILE_ROWS * N_OUT];
+    const uint32_t n_lights = f->config.n_lights, count = n_lights * N_COLORS;
+    float o[MAX_TILE_ROWS * MAX_OUTPUTS], values[MAX_TILE_ROWS * MAX_OUTPUTS];
     for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
         const uint32_t rest = run->n - first, n = rest < f->tile_rows ? rest : f->tile_rows;
-        const float *scale = run->scale + (size_t)first * N_OUT;
-        float *to = out + (size_t)first * N_OUT;
+        const float *scale = run->scale + (size_t)first * N_COLORS;
+        float *to = out + (size_t)first * N_COLORS;
         const uint64_t start = clock_ticks();
         const uint32_t n_rows = field_load(f, run, first, n, w->e);
         const uint64_t encoded = clock_ticks();
         field_forward(f, w, f->frame_bias, n_rows);
-        field_outputs(f, w, n, o, values);
-        for (uint32_t i = 0; i < n * N_OUT; i++) to[i] = scale[i] * values[i];
+        field_outputs(f, w, 0, count, n, o, values);
+        for (uint32_t i = 0; run->lights && i < n; i++)
+            for (uint32_t k = 0; k < count; k++) values[i * count + k] *= run->lights[k];
+        for (uint32_t i = 0; n_lights > 1 && i < n; i++) { /* their sums come first */
+            float sum[N_COLORS] = {0};
+            for (uint32_t k = 0; k < count; k++) sum[k % N_COLORS] += values[i * count + k];
+            memcpy(values + i * N_COLORS, sum, sizeof sum);
+        }
+        for (uint32_t i = 0; i < n * N_COLORS; i++) to[i] = scale[i] * values[i];
         w->encode_ticks += encoded - start;
         w->layer_ticks += clock_ticks() - encoded;
     }
@@ -396,8 +414,8 @@ static void render_tile(void *ctx, uint32_t item, uint32_t worker)
     part.n = rest < f->tile_rows ? rest : f->tile_rows;
     part.positions += first * f->config.n_grids * 3;
     if (part.features) part.features += first * f->config.n_features;
-    part.scale += first * N_OUT;
-    field_render_part(f, worker, &part, frame->out + first * N_OUT);
+    part.scale += first * N_COLORS;
+    field_render_part(f, worker, &part, frame->out + first * N_COLORS);
 }
 
 void field_render(struct field *f, const struct field_run *run, float *out)
@@ -405,4 +423,26 @@ void field_render(struct field *f, const struct field_run *run, float *out)
     struct frame frame = {.f = f, .run = run, .out = out};
     field_begin(f, run->v);
     pool_run(f->pool, (run->n + f->tile_rows - 1) / f->tile_rows, render_tile, &frame);
+}
+
+static void expect_run(void *ctx, uint32_t item, uint32_t worker)
+{
+    const struct frame *frame = ctx;
+    const struct field *f = frame->f;
+    const struct field_run *run = &frame->run[item];
+    const struct worker *w = &f->workers[worker];
+    float *out = frame->out, o[MAX_TILE_ROWS];
+    for (uint32_t i = 0; i < item; i++) out += frame->run[i].n;
+    field_fold(f, run->v, w->bias);
+    for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
+        const uint32_t n = run->n - first < f->tile_rows ? run->n - first : f->tile_rows;
+        field_forward(f, w, w->bias, field_load(f, run, first, n, w->e));
+        field_outputs(f, w, f->n_out - 1, 1, n, o, out + first);
+    }
+}
+
+void field_expect(struct field *f, const struct field_run *runs, uint32_t n_runs, float *expected)
+{
+    struct frame frame = {.f = f, .run = runs, .out = expected};
+    pool_run(f->pool, n_runs, expect_run, &frame);
 }

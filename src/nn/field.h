@@ -18,26 +18,41 @@
  *                                                             frames of what moves (method 2.3)
  *   h1 = lrelu(W1 [e, v] + b1)                               E + D -> W
  *   hk = lrelu(Wk h(k-1) + bk)                               `depth` layers in all
- *   o  = Wo h + bo                                           W -> 3
- *   f  = scale * exp(o)                                      per channel; o within [-10, 12]
+ *   o  = Wo h + bo                                           W -> 3 L + 1; o within [-10, 12]
+ *   f  = scale * sum over l of light_l * exp(o_l)            per channel
+ *   s  = exp(o_(3 L))                                        the loss expected of the pixel
  *
- * scale is what radiance is known to be proportional to, the diffuse albedo. v is constant over a
- * run of pixels, so its columns fold into one bias per run: exact, in training too.
+ * scale is what radiance is known to be proportional to, the diffuse albedo. light_l is the power
+ * of the l-th group of lights, to which radiance is proportional as well (method 2.3). v and the
+ * lights are constant over a run of pixels; v's columns fold into one bias per run: exact, in
+ * training too.
  *
- * Training minimises the relative squared error of linear radiance,
+ * Training minimises a relative squared error of linear radiance. Of two independent estimates a, b
+ * of it, with means in y = (a + b) / 2,
  *
- *   (f - y)^2 / (lum(f)^2 + 0.01),   the denominator held constant (NRC 2021, Eq. 6),
+ *   1/2 (f - a)^2 / D(b) + 1/2 (f - b)^2 / D(a),
+ *   D(x) = lum(f) (1/4 lum(f) + 3/4 lum(x)) + 0.01,
  *
- * whose minimum is the mean of noisy y: L1 of logarithms loses rare bright samples (method 3.2).
+ * denominators held constant. The noise of neither half meets its own denominator, so that the
+ * minimum is the mean of noisy estimates: L1 of logarithms loses rare bright samples (method 3.2).
+ * lum(f)^2 alone (NRC 2021, Eq. 6) takes ten times too bright for no worse than black, and paints
+ * what it cannot resolve, the sharp image of a lamp, over its surroundings. The gradient by an
+ * output is bounded: a single sample in thousands must not upset Adam.
+ *
+ * Beside it s learns the mean of that loss, noise included, by the likelihood of an exponential
+ * distribution, log s + loss / s; it reads the last layer and teaches it nothing.
  *
  * The layers run on the kernels of kernels.h. All weights lie in one block: the grids' tables, then
  * layer after layer W row-major [n_out][n_in], columns in the order above, and b [n_out].
  */
+enum { FIELD_MAX_LIGHTS = 8 };
+
 struct field_config {
     uint32_t n_grids; /* G, 0 .. 64, all of the same kind */
     struct grid_config grid;
     uint32_t n_features;  /* 0 .. 1024 */
     uint32_t n_variables; /* D, 0 .. 65536 */
+    uint32_t n_lights;    /* L, 1 .. FIELD_MAX_LIGHTS */
     uint32_t width;       /* W, 1 .. 512 */
     uint32_t depth;       /* 1 .. 16 */
     uint32_t max_pixels;  /* of a batch for training; 0: no training, and no memory for it */
@@ -49,8 +64,13 @@ struct field_run {
     const float *positions; /* [n][G][3], clamped to [0,1] */
     const float *features;  /* [n][n_features] */
     const float *scale;     /* [n][3] */
-    const float *targets;   /* [n][3], radiance: training only */
     const float *v;         /* [D] */
+    const float *lights;    /* [L][3]; NULL: all 1 */
+
+    /* Training only. */
+    const float *targets; /* [n][3], radiance: y */
+    const float *weights; /* [n] in the mean of the loss; NULL: all 1 */
+    const float *halves;  /* [n][3]: (a - b) / 2; NULL: 0 */
 };
 
 struct pool;
@@ -78,6 +98,9 @@ uint64_t field_memory_size(const struct field *f); /* bytes */
 /* out [n][3]: radiance of the run's pixels, on the pool. */
 void field_render(struct field *f, const struct field_run *run, float *out);
 
+/* expected: s of the runs' pixels, one run after another, on the pool. */
+void field_expect(struct field *f, const struct field_run *runs, uint32_t n_runs, float *expected);
+
 /*
  * The same in parts, from within a loop of the field's pool, so that a part's inputs need never
  * leave the cache: field_begin() sets the configuration v [D], then each field_render_part() works
@@ -101,10 +124,12 @@ double field_flop(const struct field *f);
  * The mean loss of all pixels of the runs, at most config.max_pixels, and its exact gradient.
  *
  * losses    [n_runs], the mean of each
- * gradient  [n_weights]; may be NULL
+ * errors    [n_runs], the mean of (f - a) (f - b) / (lum(f)^2 + 0.01), to which noise adds nothing:
+ *           may be negative by chance. May be NULL
+ * gradient  [n_weights], exact but for its bound; may be NULL
  * The result has the same bytes for any number of threads.
  */
 void field_gradient(struct field *f, const struct field_run *runs, uint32_t n_runs, float *losses,
-                    float *gradient);
+                    float *errors, float *gradient);
 
 #endif

@@ -9,7 +9,7 @@
 /* The inside of struct field, for field.c and field_train.c. */
 
 enum {
-    N_OUT = 3,
+    N_COLORS = 3,
     MAX_DEPTH = 16,
     MAX_GROUPS = 16,     /* of runs, whose gradients are summed apart */
     MAX_TILE_ROWS = 160, /* at least FIELD_PART rounded up to any kernel's rows */
@@ -30,7 +30,7 @@ struct layer {
 struct worker {
     float *e;                           /* tile of the inputs */
     float *h;                           /* [depth] tiles */
-    float *y;                           /* one panel */
+    float *y;                           /* tile of the outputs */
     float *bias;                        /* [width_padded]: b1 + columns of v */
     float *scratch;                     /* the kernels' own */
     uint64_t encode_ticks, layer_ticks; /* of field_render_part() */
@@ -38,7 +38,7 @@ struct worker {
     /* Training only. */
     float *q;  /* one panel whose first lane is 1: the gradient of its weights is the biases' */
     float *dq; /* [depth + 1][width_padded][DQ_STRIDE]: of the run alone */
-    float *dy; /* one panel */
+    float *dy; /* tile of the outputs */
     float *dh; /* 2 tiles */
     float *de; /* tile of what the grids gave */
 };
@@ -51,6 +51,7 @@ struct field {
     struct pool *pool;
     uint64_t memory_size;
 
+    uint32_t n_out;           /* of the last layer */
     uint32_t n_encoded, n_in; /* numbers that grids give; inputs of the first layer but v */
     uint32_t n_layers;
     struct layer layers[MAX_DEPTH + 1];
@@ -84,9 +85,11 @@ static inline size_t place(const struct field *f, uint32_t row, uint32_t feature
     return feature / panel * f->stride + (size_t)row * panel + feature % panel;
 }
 
-/* The outputs of a tile's first n rows: o [n][3], and values [n][3] = exp(o) within bounds. */
-void field_outputs(const struct field *f, const struct worker *w, uint32_t n, float *o,
-                   float *values);
+/* Outputs of a tile's first n rows, `count` of them from `first` on: o [n][count], and values
+ * [n][count] = exp(o) within bounds. */
+enum { MAX_OUTPUTS = FIELD_MAX_LIGHTS * N_COLORS + 1 };
+void field_outputs(const struct field *f, const struct worker *w, uint32_t first, uint32_t count,
+                   uint32_t n, float *o, float *values);
 
 /* The first layer's biases for a configuration: bias [width_padded]. */
 void field_fold(const struct field *f, const float *v, float *bias);

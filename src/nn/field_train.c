@@ -2,47 +2,93 @@
 /* Loss and gradient of the compact network. */
 #include "nn/field_inside.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/pool.h"
 
 enum { SUM_CHUNK = 1 << 14 };
 
-#define LOSS_EPSILON 0.01f
+#define LOSS_EPSILON  0.01f
+#define MOST_PULL     16.0f /* of an output, where 2 is twice as much as the truth, or far less */
+#define MOST_SURPRISE 30.0f /* a single bright sample must not upset what is expected */
 
 struct pass {
     struct field *f;
     const struct field_run *runs;
     uint32_t n_runs, n_groups;
-    float *losses, *gradient;
+    float *losses, *errors, *gradient;
     float scale; /* of the gradient: 1 / numbers in the mean */
 };
 
-/* The loss of a tile's pixels; with `scale` its gradient by the output, in w->dy. */
-static double judge(const struct field *f, const struct worker *w, const struct field_run *run,
-                    uint32_t first, uint32_t n, uint32_t n_rows, float scale)
+/* Sums over pixels and channels. */
+struct verdict {
+    double loss, error;
+};
+
+static float luminance(const float *c)
 {
-    const uint32_t panel = f->kernels.panel;
-    float o[MAX_TILE_ROWS * N_OUT], values[MAX_TILE_ROWS * N_OUT];
-    double loss = 0;
-    field_outputs(f, w, n, o, values);
-    memset(w->dy, 0, (size_t)n_rows * panel * sizeof *w->dy);
+    return 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2];
+}
+
+/* What a squared error is divided by, where the other half of the samples has luminance y. */
+static float per(float f, float y)
+{
+    return 1.0f / (f * (0.25f * f + 0.75f * fmaxf(y, 0.0f)) + LOSS_EPSILON);
+}
+
+/* Would a step against the gradient take an output further beyond its bounds? */
+static bool leads_out(float o, float d)
+{
+    return (o <= LEAST_OUTPUT && d > 0.0f) || (o >= MOST_OUTPUT && d < 0.0f);
+}
+
+/* The loss of a tile's pixels, added to `sum`; its gradient by the outputs, times `scale`, in
+ * w->dy. */
+static void judge(const struct field *f, const struct worker *w, const struct field_run *run,
+                  uint32_t first, uint32_t n, float scale, struct verdict *sum)
+{
+    const uint32_t n_out = f->n_out, n_parts = n_out - 1;
+    float o[MAX_TILE_ROWS * MAX_OUTPUTS], values[MAX_TILE_ROWS * MAX_OUTPUTS];
+    static const float zero[N_COLORS];
+    field_outputs(f, w, 0, n_out, n, o, values);
+    memset(w->dy, 0, nn_n_panels(&f->kernels, n_out) * f->stride * sizeof *w->dy);
     for (uint32_t r = 0; r < n; r++) {
-        const float *factor = run->scale + (size_t)(first + r) * N_OUT;
-        const float *y = run->targets + (size_t)(first + r) * N_OUT;
-        float *dy = w->dy + (size_t)r * panel, value[N_OUT], sum = 0.0f;
-        for (uint32_t c = 0; c < N_OUT; c++) value[c] = factor[c] * values[r * N_OUT + c];
-        float luminance = 0.2126f * value[0] + 0.7152f * value[1] + 0.0722f * value[2];
-        float weight = 1.0f / (luminance * luminance + LOSS_EPSILON);
-        for (uint32_t c = 0; c < N_OUT; c++) {
-            const float off = value[c] - y[c], at = o[r * N_OUT + c];
-            const bool passes = at > LEAST_OUTPUT && at < MOST_OUTPUT;
-            sum += off * off * weight;
-            dy[c] = passes ? 2.0f * scale * weight * off * value[c] : 0.0f;
+        const float *at = o + r * n_out, *factor = run->scale + (size_t)(first + r) * N_COLORS;
+        const float *y = run->targets + (size_t)(first + r) * N_COLORS;
+        const float weight = run->weights ? run->weights[first + r] : 1.0f;
+        const float *half = run->halves ? run->halves + (size_t)(first + r) * N_COLORS : zero;
+        float *part = values + r * n_out, d[MAX_OUTPUTS], value[N_COLORS] = {0}, loss = 0.0f,
+              error = 0.0f;
+        for (uint32_t k = 0; k < n_parts; k++) {
+            part[k] *= factor[k % N_COLORS] * (run->lights ? run->lights[k] : 1.0f);
+            value[k % N_COLORS] += part[k];
         }
-        loss += (double)sum;
+        const float l = luminance(value), ly = luminance(y), l_half = luminance(half);
+        const float per_a = per(l, ly + l_half), per_b = per(l, ly - l_half);
+        const float most = MOST_PULL * scale * weight;
+        float pull[N_COLORS];
+        for (uint32_t c = 0; c < N_COLORS; c++) {
+            const float a = value[c] - (y[c] + half[c]), b = value[c] - (y[c] - half[c]);
+            loss += 0.5f * (a * a * per_b + b * b * per_a);
+            error += a * b / (l * l + LOSS_EPSILON);
+            pull[c] = scale * weight * (a * per_b + b * per_a);
+        }
+        for (uint32_t k = 0; k < n_parts; k++)
+            d[k] = fminf(fmaxf(pull[k % N_COLORS] * part[k], -most), most);
+        const float ratio = loss / (N_COLORS * part[n_parts]);
+        d[n_parts] = scale * (1.0f - (ratio < MOST_SURPRISE ? ratio : MOST_SURPRISE));
+        for (uint32_t k = 0; k < n_out; k++)
+            w->dy[place(f, r, k)] = leads_out(at[k], d[k]) ? 0.0f : d[k];
+        sum->loss += (double)(weight * loss);
+        sum->error += (double)(weight * error);
     }
-    return loss;
+}
+
+/* What is expected reads the layers below and does not change them. */
+static void forget_expectation(const struct field *f, const struct worker *w, uint32_t n_rows)
+{
+    for (uint32_t r = 0; r < n_rows; r++) w->dy[place(f, r, f->n_out - 1)] = 0.0f;
 }
 
 /* From w->dy: adds to (or with `is_first` overwrites) the layers' weights in `gradient`, adds to
@@ -72,6 +118,7 @@ static void backward(const struct field *f, const struct worker *w, uint32_t n_r
             .scratch = w->scratch,
         };
         f->kernels.outer(&outer);
+        if (l == f->n_layers - 1) forget_expectation(f, w, n_rows);
         if (l == 0 && f->n_encoded == 0) return;
         struct nn_backward back = {
             .n_rows = n_rows,
@@ -124,19 +171,20 @@ static void pass_run(const struct pass *p, uint32_t index, const struct worker *
 {
     const struct field *f = p->f;
     const struct field_run *run = &p->runs[index];
-    double loss = 0;
+    struct verdict sum = {0};
     field_fold(f, run->v, w->bias);
     for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
         const uint32_t n = run->n - first < f->tile_rows ? run->n - first : f->tile_rows;
         const uint32_t n_rows = field_load(f, run, first, n, w->e);
         field_forward(f, w, w->bias, n_rows);
-        loss += judge(f, w, run, first, n, n_rows, p->scale);
+        judge(f, w, run, first, n, p->scale, &sum);
         if (!gradient) continue;
         for (uint32_t r = 0; r < n_rows; r++) w->q[(size_t)r * f->kernels.panel] = r < n;
         backward(f, w, n_rows, gradient, is_first && first == 0, first == 0);
         keep_encoded(f, w, pixel + first, n);
     }
-    p->losses[index] = (float)(loss / (N_OUT * (double)run->n));
+    p->losses[index] = (float)(sum.loss / (N_COLORS * (double)run->n));
+    if (p->errors) p->errors[index] = (float)(sum.error / (N_COLORS * (double)run->n));
     if (gradient) backward_rest(f, w, run->v, gradient, is_first);
 }
 
@@ -203,7 +251,7 @@ static void sum_chunk(void *ctx, uint32_t item, uint32_t worker)
 }
 
 void field_gradient(struct field *f, const struct field_run *runs, uint32_t n_runs, float *losses,
-                    float *gradient)
+                    float *errors, float *gradient)
 {
     size_t n_pixels = 0;
     for (uint32_t i = 0; i < n_runs; i++) n_pixels += runs[i].n;
@@ -213,8 +261,9 @@ void field_gradient(struct field *f, const struct field_run *runs, uint32_t n_ru
         .n_runs = n_runs,
         .n_groups = n_runs < MAX_GROUPS ? n_runs : MAX_GROUPS,
         .losses = losses,
+        .errors = errors,
         .gradient = gradient,
-        .scale = n_pixels > 0 ? 1.0f / (N_OUT * (float)n_pixels) : 0.0f,
+        .scale = n_pixels > 0 ? 1.0f / (N_COLORS * (float)n_pixels) : 0.0f,
     };
     if (!gradient) {
         pool_run(f->pool, n_runs, run_loss, &p);

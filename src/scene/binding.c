@@ -215,3 +215,35 @@ void scene_apply(const struct scene *s, const float *u, struct scene_state *stat
         }
     }
 }
+
+static bool any_follows(const struct drive *drives, int n, uint32_t variable)
+{
+    for (int i = 0; i < n; i++)
+        if (drives[i].variable == variable) return true;
+    return false;
+}
+
+bool binding_follows(const struct binding *b, uint32_t variable)
+{
+    switch (b->kind) {
+    case BINDING_NUMBER:
+    case BINDING_SPLAT:
+        return any_follows(b->drive, 1, variable);
+    case BINDING_RGB:
+        return any_follows(b->drive, 3, variable);
+    case BINDING_TRANSFORM:
+        for (uint32_t i = 0; i < b->n_steps; i++)
+            if (any_follows(b->steps[i].drive, 3, variable)) return true;
+        return false;
+    case BINDING_CAMERA:
+        return any_follows(b->camera->origin, 3, variable) ||
+               any_follows(b->camera->target, 3, variable);
+    case BINDING_CHOICE:
+        return b->variable == variable;
+    case BINDING_VISIBLE:
+        for (uint32_t i = 0; i < b->n_conditions; i++)
+            if (b->conditions[i].variable == variable) return true;
+        return false;
+    }
+    return false;
+}

@@ -64,4 +64,7 @@ struct binding {
     uint32_t n_conditions;
 };
 
+/* Does what the binding writes depend on the variable? */
+bool binding_follows(const struct binding *b, uint32_t variable);
+
 #endif

@@ -64,7 +64,7 @@ void layout_field_get(const struct field_config *c, uint32_t index, struct layou
                              c->n_variables;
     const bool is_bias = (index - c->n_grids) & 1;
     const char *kind = is_bias ? "bias" : "weight";
-    out->n_out = layer == c->depth ? 3 : c->width;
+    out->n_out = layer == c->depth ? 3 * c->n_lights + 1 : c->width;
     out->n_in = layer == 0 ? n_first : c->width;
     if (layer == c->depth)
         snprintf(out->name, sizeof out->name, "network.output.%s", kind);

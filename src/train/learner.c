@@ -10,12 +10,13 @@
 #include "base/rng.h"
 #include "scene/assign.h"
 #include "train/inputs.h"
+#include "train/scout.h"
 
 /* Keep the random numbers of one seed apart. */
 enum {
     STREAM_TRACE = 0x74726163,
-    STREAM_PIXELS = 0x70697865,
     STREAM_BATCH = 0x62617463,
+    STREAM_POWERS = 0x706f7765,
     STREAM_WEIGHTS = 0x77656967
 };
 
@@ -23,18 +24,22 @@ enum {
 #define BETA2      0.99
 #define EPSILON    1e-12
 
-/* What one worker traces a configuration in; owned. */
+/* What one worker traces a configuration in, and looks at one again; owned. */
 struct desk {
     struct view *view;
-    struct pixel_at *pixels; /* [n_pixels] */
-    float *color, *buffers;  /* [n_pixels][3], [n_pixels][BUFFER_CHANNELS] */
+    struct scene_state state;
+    float *u;              /* [variables of the scene] */
+    float *color, *groups; /* [n_pixels][3], [2 n_lights][n_pixels][3] */
+    float *buffers;        /* [2][n_pixels][BUFFER_CHANNELS] */
 };
 
-/* Pixels of configurations as the network takes them, in a ring; owned. */
-struct memory {
-    uint64_t n_added;
-    uint32_t capacity; /* configurations */
-    float *positions, *features, *scale, *targets, *v;
+/* A batch as the network takes it; owned. */
+struct batch {
+    uint32_t *slots;                                        /* [n_batch], of the memory */
+    struct field_run *runs;                                 /* [n_batch] */
+    float *losses, *errors;                                 /* [n_batch] */
+    float *positions, *features, *scale, *targets, *halves; /* [n_batch][n_pixels].. */
+    float *v, *lights;                                      /* [n_batch].. */
 };
 
 struct learner {
@@ -50,11 +55,11 @@ struct learner {
     float *gradient, *average, *kept; /* [n_weights]; kept: aside while the average is shown */
 
     struct memory memory;
+    struct scout *scout;
     struct desk *desks;
+    struct view **views; /* [n_desks], theirs */
     uint32_t n_desks;
-    struct field_run *runs; /* [n_batch] */
-    float *losses;          /* [n_batch] */
-    float *u;               /* [n_fresh][n_variables of the scene] */
+    struct batch batch;
     struct learner_stats stats;
 };
 
@@ -68,12 +73,14 @@ void learner_options_init(struct learner_options *o, const lmn_train_options *fr
     *o = (struct learner_options){.seed = from->seed,
                                   .width = from->width,
                                   .depth = from->depth,
-                                  .n_fresh = 64,
+                                  .n_fresh = 16,
                                   .n_pixels = 64,
                                   .spp = from->spp > 0 ? from->spp : 16,
-                                  .n_batch = 128,
+                                  .n_batch = 32,
                                   .memory_mib = from->memory_mib,
                                   .resolution = from->resolution_max,
+                                  .n_looks = 0,
+                                  .children = 0,
                                   .explores = from->explore == LMN_EXPLORE_ACTIVE,
                                   .learning_rate = from->learning_rate,
                                   .warm_steps = 1000,
@@ -92,42 +99,71 @@ static void *take(struct learner *l, size_t count, size_t size, bool *is_short)
     return block;
 }
 
+static lmn_status take_desk(struct learner *l, struct desk *d, struct error *err)
+{
+    const size_t n = l->options.n_pixels;
+    bool is_short = false;
+    d->u = take(l, (size_t)l->place.scene->n_variables + 1, sizeof *d->u, &is_short);
+    d->color = take(l, n, sizeof(float[3]), &is_short);
+    d->groups = take(l, 2 * n * l->sight.powers.n, sizeof(float[3]), &is_short);
+    d->buffers = take(l, 2 * n, sizeof(float[BUFFER_CHANNELS]), &is_short);
+    if (is_short) return fail_memory(err, "the learner");
+    lmn_status status = scene_state_init(l->place.scene, &d->state, err);
+    return status == LMN_OK ? view_new(l->place.world, &d->view, err) : status;
+}
+
+static bool take_batch(struct learner *l)
+{
+    struct batch *b = &l->batch;
+    const size_t n = l->options.n_batch, n_pixels = n * l->options.n_pixels;
+    bool is_short = false;
+    b->slots = take(l, n, sizeof *b->slots, &is_short);
+    b->runs = take(l, n, sizeof *b->runs, &is_short);
+    b->losses = take(l, n, sizeof *b->losses, &is_short);
+    b->errors = take(l, n, sizeof *b->errors, &is_short);
+    b->positions = take(l, n_pixels * l->sight.n_positions, sizeof(float[3]), &is_short);
+    b->features = take(l, n_pixels * l->sight.n_features, sizeof(float), &is_short);
+    b->scale = take(l, n_pixels, sizeof(float[3]), &is_short);
+    b->targets = take(l, n_pixels, sizeof(float[3]), &is_short);
+    b->halves = take(l, n_pixels, sizeof(float[3]), &is_short);
+    b->v = take(l, n * l->sight.n_variables + 1, sizeof(float), &is_short);
+    b->lights = take(l, n * l->sight.powers.n, sizeof(float[3]), &is_short);
+    return !is_short;
+}
+
 static lmn_status take_all(struct learner *l, struct error *err)
 {
+    lmn_status status = LMN_OK;
     const struct learner_options *o = &l->options;
-    const size_t n_weights = field_n_weights(l->field), n = o->n_pixels;
-    const size_t each = (l->sight.n_positions * 3 + l->sight.n_features + 6) * n +
-                        l->sight.n_variables;
-    struct memory *m = &l->memory;
+    const struct memory_shape shape = {l->place.scene->n_variables, o->n_pixels, l->sight.powers.n};
+    const struct scout_options scout = {.seed = o->seed,
+                                        .n_fresh = o->n_fresh,
+                                        .n_pixels = o->n_pixels,
+                                        .n_looks = o->explores ? o->n_looks : 0,
+                                        .children = o->children,
+                                        .width = l->width,
+                                        .height = l->height};
+    const size_t n_weights = field_n_weights(l->field);
+    const uint32_t n_workers = pool_n_workers(l->place.pool);
     bool is_short = false;
-    uint64_t capacity = ((uint64_t)o->memory_mib << 20) / (each * sizeof(float));
-    m->capacity = capacity < 1u << 24 ? (uint32_t)capacity : 1u << 24;
-    if (m->capacity < o->n_fresh)
-        return fail(err, LMN_ERR_ARGUMENT,
-                    "training option memory_mib = %u holds no %u configurations", o->memory_mib,
-                    o->n_fresh);
-    m->positions = take(l, m->capacity * n * l->sight.n_positions * 3, sizeof(float), &is_short);
-    m->features = take(l, m->capacity * n * l->sight.n_features, sizeof(float), &is_short);
-    m->scale = take(l, m->capacity * n * 3, sizeof(float), &is_short);
-    m->targets = take(l, m->capacity * n * 3, sizeof(float), &is_short);
-    m->v = take(l, (size_t)m->capacity * l->sight.n_variables, sizeof(float), &is_short);
+    TRY(memory_init(&l->memory, &shape, o->memory_mib, o->n_fresh, err));
+    TRY(scout_new(&l->place, &l->sight, l->field, &scout, &l->scout, err));
+    l->stats.memory_bytes += l->memory.size + scout_memory_size(l->scout);
     l->gradient = take(l, n_weights, sizeof(float), &is_short);
     l->average = take(l, n_weights, sizeof(float), &is_short);
     l->kept = take(l, n_weights, sizeof(float), &is_short);
-    l->runs = take(l, o->n_batch, sizeof *l->runs, &is_short);
-    l->losses = take(l, o->n_batch, sizeof *l->losses, &is_short);
-    l->u = take(l, (size_t)o->n_fresh * l->place.scene->n_variables, sizeof *l->u, &is_short);
-    l->desks = take(l, pool_n_workers(l->place.pool), sizeof *l->desks, &is_short);
-    if (is_short) return fail_memory(err, "the learner");
-    lmn_status status = LMN_OK;
-    for (uint32_t i = 0; i < pool_n_workers(l->place.pool) && status == LMN_OK; i++) {
-        struct desk *d = &l->desks[l->n_desks++];
-        d->pixels = take(l, n, sizeof *d->pixels, &is_short);
-        d->color = take(l, n, sizeof(float[3]), &is_short);
-        d->buffers = take(l, n, sizeof(float[BUFFER_CHANNELS]), &is_short);
-        status = is_short ? fail_memory(err, "the learner")
-                          : view_new(l->place.world, &d->view, err);
+    l->desks = take(l, n_workers, sizeof *l->desks, &is_short);
+    l->views = take(l, n_workers, sizeof *l->views, &is_short);
+    if (is_short || !take_batch(l)) {
+        status = fail_memory(err, "the learner");
+        goto done;
     }
+    while (l->n_desks < n_workers) {
+        struct desk *d = &l->desks[l->n_desks++];
+        TRY(take_desk(l, d, err));
+        l->views[l->n_desks - 1] = d->view;
+    }
+done:
     return status;
 }
 
@@ -146,7 +182,7 @@ lmn_status learner_new(const struct workplace *place, const struct learner_optio
     TRY(sight_init(&l->sight, place->scene, err));
     l->sight.cpu = place->cpu;
     l->trace = *trace;
-    l->trace.spp = options->spp;
+    l->trace.spp = (options->spp + 3) / 4 * 2; /* of each half; even, as first_sample */
     l->trace.splats = false;
     l->trace.shares_rays = true; /* targets are the rays' own radiance less their own emission */
     inputs_picture_size(place->scene, options->resolution, 1, &l->width, &l->height);
@@ -186,16 +222,21 @@ void learner_free(struct learner *l)
 {
     if (!l) return;
     for (uint32_t i = 0; i < l->n_desks; i++) {
-        view_free(l->desks[i].view);
-        mem_free(l->desks[i].pixels);
-        mem_free(l->desks[i].color);
-        mem_free(l->desks[i].buffers);
+        struct desk *d = &l->desks[i];
+        view_free(d->view);
+        scene_state_release(&d->state);
+        mem_free(d->u);
+        mem_free(d->color);
+        mem_free(d->groups);
+        mem_free(d->buffers);
     }
-    void *const blocks[] = {l->desks,        l->gradient,         l->average,
-                            l->kept,         l->memory.positions, l->memory.features,
-                            l->memory.scale, l->memory.targets,   l->memory.v,
-                            l->runs,         l->losses,           l->u};
+    const struct batch *b = &l->batch;
+    void *const blocks[] = {l->desks,   l->views,  l->gradient, l->average,   l->kept,     b->slots,
+                            b->runs,    b->losses, b->errors,   b->positions, b->features, b->scale,
+                            b->targets, b->halves, b->v,        b->lights};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) mem_free(blocks[i]);
+    memory_release(&l->memory);
+    scout_free(l->scout);
     adam_release(&l->tables);
     adam_release(&l->layers);
     field_free(l->field);
@@ -205,57 +246,126 @@ void learner_free(struct learner *l)
 
 /* ---- Tracing -------------------------------------------------------------------------------- */
 
+/* One half of the samples: its radiance by group of lights, less what surfaces emit themselves, to
+ * out [n_pixels][n_lights][3]. */
+static void trace_half(const struct learner *l, struct desk *d, uint32_t item, uint32_t half,
+                       float *out)
+{
+    const uint32_t n = l->options.n_pixels, n_lights = l->sight.powers.n;
+    struct trace_settings t = l->trace;
+    float *buffers = d->buffers + (size_t)half * n * BUFFER_CHANNELS;
+    struct trace_output output = {.color = d->color, .buffers = buffers};
+    t.seed = rng_keyed(l->options.seed ^ STREAM_TRACE, l->memory.n_added + item, 0).state;
+    t.first_sample = half * t.spp;
+    if (n_lights > 1) {
+        memset(d->groups, 0, 2 * (size_t)n * n_lights * sizeof(float[3]));
+        output.groups = d->groups;
+        output.n_groups = 2 * n_lights;
+        output.group_of = l->sight.powers.group_of;
+        output.chain_group = n_lights;
+    }
+    view_trace_pixels(d->view, &t, l->width, l->height, scout_pixels(l->scout, item), n, &output);
+    if (n_lights == 1)
+        sight_targets(d->color, buffers, n, out);
+    else
+        sight_split_targets(d->groups, buffers, n, n_lights, out);
+}
+
+/* The i-th of the step, into the memory's next slots. */
 static void trace_configuration(void *ctx, uint32_t item, uint32_t worker)
 {
     struct learner *l = ctx;
     struct desk *d = &l->desks[worker];
     struct memory *m = &l->memory;
     const uint32_t n = l->options.n_pixels;
-    const uint64_t serial = m->n_added + item;
-    const size_t slot = serial % m->capacity, first = slot * n;
-    float *u = l->u + (size_t)item * l->place.scene->n_variables;
-    scene_random_units(l->place.scene, l->options.seed, serial, u);
-    struct rng r = rng_keyed(l->options.seed ^ STREAM_PIXELS, serial, 0);
-    for (uint32_t i = 0; i < n; i++)
-        d->pixels[i] = (struct pixel_at){rng_below(&r, l->width), rng_below(&r, l->height)};
-    struct trace_settings t = l->trace;
-    t.seed = rng_keyed(l->options.seed ^ STREAM_TRACE, serial, 0).state;
-    struct trace_output output = {.color = d->color, .buffers = d->buffers};
+    const size_t slot = (m->n_added + item) % m->capacity,
+                 n_colors = (size_t)n * m->shape.n_lights * 3;
+    float *a = m->targets + slot * n_colors, *b = m->halves + slot * n_colors;
+    const float *u = scout_u(l->scout, item);
     view_set(d->view, u);
-    view_trace_pixels(d->view, &t, l->width, l->height, d->pixels, n, &output);
-    sight_look(&l->sight, view_state(d->view), d->buffers, n,
-               m->positions + first * l->sight.n_positions * 3,
-               m->features + first * l->sight.n_features, m->scale + 3 * first);
-    sight_targets(d->color, d->buffers, n, m->targets + 3 * first);
-    sight_variables(&l->sight, u, m->v + slot * l->sight.n_variables);
+    trace_half(l, d, item, 0, a);
+    trace_half(l, d, item, 1, b);
+    for (size_t i = 0; i < n_colors; i++) {
+        const float mean = 0.5f * (a[i] + b[i]), half = 0.5f * (a[i] - b[i]);
+        a[i] = mean;
+        b[i] = half;
+    }
+    const size_t n_numbers = (size_t)n * BUFFER_CHANNELS;
+    for (size_t i = 0; i < n_numbers; i++)
+        d->buffers[i] = 0.5f * (d->buffers[i] + d->buffers[n_numbers + i]);
+    sight_keep(d->buffers, n, m->kept + slot * n * SIGHT_KEPT);
+    memcpy(m->weights + slot * n, scout_weights(l->scout, item), n * sizeof(float));
+    memcpy(m->u + slot * m->shape.n_variables, u, m->shape.n_variables * sizeof(float));
+    m->errors[slot] = 0.0f;
 }
 
 /* ---- Learning ------------------------------------------------------------------------------- */
 
-static struct field_run run_of(const struct learner *l, uint32_t slot)
-{
-    const struct memory *m = &l->memory;
-    const uint32_t n = l->options.n_pixels;
-    const size_t first = (size_t)slot * n;
-    return (struct field_run){.n = n,
-                              .positions = m->positions + first * l->sight.n_positions * 3,
-                              .features = m->features + first * l->sight.n_features,
-                              .scale = m->scale + 3 * first,
-                              .targets = m->targets + 3 * first,
-                              .v = m->v + (size_t)slot * l->sight.n_variables};
-}
-
 /* New configurations are learnt at once; the rest of the batch is drawn from memory. */
 static void draw_batch(struct learner *l)
 {
-    struct memory *m = &l->memory;
+    const struct memory *m = &l->memory;
     struct rng r = rng_keyed(l->options.seed ^ STREAM_BATCH, l->stats.step, 0);
-    const uint32_t n_held = m->n_added < m->capacity ? (uint32_t)m->n_added : m->capacity;
+    const uint32_t n_held = memory_n_held(m);
     for (uint32_t i = 0; i < l->options.n_batch; i++) {
         uint64_t fresh = m->n_added - 1 - i;
-        l->runs[i] = run_of(l, i < l->options.n_fresh ? (uint32_t)(fresh % m->capacity)
-                                                      : rng_below(&r, n_held));
+        l->batch.slots[i] = i < l->options.n_fresh ? (uint32_t)(fresh % m->capacity)
+                                                   : rng_below(&r, n_held);
     }
+}
+
+/* Radiance of the slot's pixels under `lights` [n_lights][3], and half the difference of two
+ * estimates. */
+static void weigh_lights(const struct memory *m, uint32_t slot, const float *lights, float *targets,
+                         float *halves)
+{
+    const uint32_t n_lights = m->shape.n_lights, n = m->shape.n_pixels;
+    const float *y = m->targets + (size_t)slot * n * n_lights * 3;
+    const float *half = m->halves + (size_t)slot * n * n_lights * 3;
+    for (uint32_t i = 0; i < n; i++, targets += 3, halves += 3) {
+        for (uint32_t c = 0; c < 3; c++) {
+            float sum = 0.0f, off = 0.0f;
+            for (uint32_t g = 0; g < n_lights; g++) {
+                sum += lights[3 * g + c] * y[((size_t)i * n_lights + g) * 3 + c];
+                off += lights[3 * g + c] * half[((size_t)i * n_lights + g) * 3 + c];
+            }
+            targets[c] = sum;
+            halves[c] = off;
+        }
+    }
+}
+
+/* What the memory holds of a configuration, as the network takes it: under other powers of its
+ * lights each time. */
+static void prepare_run(void *ctx, uint32_t item, uint32_t worker)
+{
+    struct learner *l = ctx;
+    struct desk *d = &l->desks[worker];
+    struct batch *b = &l->batch;
+    const struct memory *m = &l->memory;
+    const uint32_t n = l->options.n_pixels, slot = b->slots[item];
+    const size_t first = (size_t)item * n;
+    float *lights = b->lights + (size_t)item * l->sight.powers.n * 3;
+    float *v = b->v + (size_t)item * l->sight.n_variables;
+    struct rng r = rng_keyed(l->options.seed ^ STREAM_POWERS, l->stats.step, item);
+    memcpy(d->u, m->u + (size_t)slot * m->shape.n_variables, m->shape.n_variables * sizeof *d->u);
+    powers_draw(&l->sight.powers, &r, d->u);
+    scene_apply(l->place.scene, d->u, &d->state);
+    powers_at(&l->sight.powers, &d->state, lights);
+    sight_recall(m->kept + (size_t)slot * n * SIGHT_KEPT, n, d->buffers);
+    sight_look(&l->sight, &d->state, d->buffers, n, b->positions + first * l->sight.n_positions * 3,
+               b->features + first * l->sight.n_features, b->scale + 3 * first);
+    sight_variables(&l->sight, d->u, v);
+    weigh_lights(m, slot, lights, b->targets + 3 * first, b->halves + 3 * first);
+    b->runs[item] = (struct field_run){.n = n,
+                                       .positions = b->positions + first * l->sight.n_positions * 3,
+                                       .features = b->features + first * l->sight.n_features,
+                                       .scale = b->scale + 3 * first,
+                                       .v = v,
+                                       .lights = lights,
+                                       .targets = b->targets + 3 * first,
+                                       .weights = m->weights + (size_t)slot * n,
+                                       .halves = b->halves + 3 * first};
 }
 
 static void step_weights(struct learner *l)
@@ -275,13 +385,16 @@ lmn_status learner_step(struct learner *l, struct learner_stats *stats, struct e
 {
     const double threads = pool_n_workers(l->place.pool);
     const double start = clock_cpu_s();
+    scout_go(l->scout, l->views, &l->memory, l->memory.n_added);
     pool_run(l->place.pool, l->options.n_fresh, trace_configuration, l);
     l->memory.n_added += l->options.n_fresh;
     const double traced = clock_cpu_s();
+    struct batch *b = &l->batch;
     draw_batch(l);
-    field_gradient(l->field, l->runs, l->options.n_batch, l->losses, l->gradient);
+    pool_run(l->place.pool, l->options.n_batch, prepare_run, l);
+    field_gradient(l->field, b->runs, l->options.n_batch, b->losses, b->errors, l->gradient);
     double sum = 0;
-    for (uint32_t i = 0; i < l->options.n_batch; i++) sum += (double)l->losses[i];
+    for (uint32_t i = 0; i < l->options.n_batch; i++) sum += (double)b->losses[i];
     if (!isfinite(sum)) {
         l->memory.n_added -= l->options.n_fresh; /* the next step traces the same again */
         return fail(err, LMN_ERR_ARGUMENT,
@@ -289,6 +402,7 @@ lmn_status learner_step(struct learner *l, struct learner_stats *stats, struct e
                     "rate may help",
                     (unsigned long long)l->stats.step);
     }
+    for (uint32_t i = 0; i < l->options.n_batch; i++) l->memory.errors[b->slots[i]] = b->errors[i];
     step_weights(l);
     l->stats.step++;
     l->stats.loss = sum / l->options.n_batch;
@@ -335,27 +449,16 @@ void learner_get_stats(const struct learner *l, struct learner_stats *stats)
 
 uint32_t learner_tensors(struct learner *l, struct tensor *out)
 {
-    const struct memory *m = &l->memory;
     const uint64_t n = field_n_weights(l->field), n_table = field_n_table_weights(l->field);
-    const uint64_t held = m->n_added < m->capacity ? m->n_added : m->capacity;
-    const uint64_t n_pixels = l->options.n_pixels;
-    const struct tensor list[LEARNER_TENSORS] = {
+    const struct tensor list[] = {
         {"training.weights", TENSOR_F32, 1, {n}, field_weights(l->field)},
         {"adam.grid.m", TENSOR_F32, 1, {n_table}, l->tables.m},
         {"adam.grid.v", TENSOR_F32, 1, {n_table}, l->tables.v},
         {"adam.layer.m", TENSOR_F32, 1, {n - n_table}, l->layers.m},
         {"adam.layer.v", TENSOR_F32, 1, {n - n_table}, l->layers.v},
-        {"memory.positions",
-         TENSOR_F32,
-         4,
-         {held, n_pixels, l->sight.n_positions, 3},
-         m->positions},
-        {"memory.features", TENSOR_F32, 3, {held, n_pixels, l->sight.n_features}, m->features},
-        {"memory.scale", TENSOR_F32, 3, {held, n_pixels, 3}, m->scale},
-        {"memory.targets", TENSOR_F32, 3, {held, n_pixels, 3}, m->targets},
-        {"memory.v", TENSOR_F32, 2, {held, l->sight.n_variables}, m->v},
     };
     memcpy(out, list, sizeof list);
+    memory_tensors(&l->memory, out + sizeof list / sizeof *list);
     return LEARNER_TENSORS;
 }
 

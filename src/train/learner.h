@@ -2,6 +2,7 @@
 #ifndef TRAIN_LEARNER_H
 #define TRAIN_LEARNER_H
 
+#include "train/memory.h"
 #include "train/painter.h"
 #include "train/safetensors.h"
 #include "train/trainer.h"
@@ -18,8 +19,10 @@ struct learner_options {
     uint32_t width, depth; /* of the network */
     uint32_t n_fresh;      /* configurations traced per step */
     uint32_t n_pixels;     /* of each */
-    uint32_t spp;          /* of each pixel */
-    uint32_t n_batch;      /* configurations per step to train on */
+    uint32_t spp;          /* of each pixel; rounded up to a multiple of 4 */
+    uint32_t n_looks;      /* exploration: pixels of each that are looked at to choose them */
+    double children;       /* exploration: share of configurations near bad ones */
+    uint32_t n_batch;      /* configurations per step to train on: n_fresh or more */
     uint32_t memory_mib;   /* bound of the memory of pixels */
     uint32_t resolution;   /* of the pictures that pixels are drawn from, longer side */
     bool explores;         /* false: new configurations are uniform draws */
@@ -71,7 +74,7 @@ float *learner_average(struct learner *l); /* [n_weights] */
  * The progress comes first, as it says how much of the memory is in use; false when the numbers
  * contradict each other. learner_restore() after reading: checks values.
  */
-enum { LEARNER_TENSORS = 10 };
+enum { LEARNER_TENSORS = 5 + MEMORY_TENSORS };
 uint32_t learner_tensors(struct learner *l, struct tensor *out);
 bool learner_set_progress(struct learner *l, uint64_t step, uint64_t n_configurations);
 lmn_status learner_restore(struct learner *l, const char *path, struct error *err);

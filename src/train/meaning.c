@@ -14,7 +14,8 @@ static const struct {
     uint32_t most;
 } kinds[] = {[MEANING_GRID] = {"grids", "grid of", MAX_GRIDS},
              [MEANING_FEATURES] = {"features", "features of", MAX_FEATURES},
-             [MEANING_VARIABLE] = {"variables", "variable", MAX_VARIABLES}};
+             [MEANING_VARIABLE] = {"variables", "variable", MAX_VARIABLES},
+             [MEANING_LIGHT] = {"lights", "light of", FIELD_MAX_LIGHTS}};
 
 void meaning_add(struct meaning *m, enum meaning_kind kind, uint32_t n, const char *format, ...)
 {
@@ -47,6 +48,14 @@ void meaning_tell(const struct meaning_part *part, struct str *to)
     str_add(to, "%s %.80s", kinds[part->kind].word, part->name);
 }
 
+static uint32_t count(const struct meaning *m, enum meaning_kind kind)
+{
+    uint32_t n = 0;
+    for (size_t i = 0; i < m->n_parts; i++)
+        if (m->parts[i].kind == kind) n += kind == MEANING_FEATURES ? m->parts[i].n : 1;
+    return n;
+}
+
 /* Positions are told apart by a thousandth of the box. */
 static bool is_same_box(const struct meaning *a, const struct meaning *b)
 {
@@ -61,27 +70,22 @@ const struct meaning_part *meaning_find(const struct meaning *m, const struct me
     for (size_t i = 0; i < m->n_parts; i++) {
         const struct meaning_part *p = &m->parts[i];
         const bool is_scene = i == 0, other_is_scene = part == &other->parts[0];
+        const bool is_only = p->kind == MEANING_LIGHT && count(m, MEANING_LIGHT) == 1 &&
+                             count(other, MEANING_LIGHT) == 1;
         if (p->kind != part->kind || p->n != part->n || is_scene != other_is_scene ||
-            strcmp(p->name, part->name) != 0)
+            (strcmp(p->name, part->name) != 0 && !is_only))
             continue;
         return !is_scene || is_same_box(m, other) ? p : NULL;
     }
     return NULL;
 }
 
-static uint32_t count(const struct meaning *m, enum meaning_kind kind)
-{
-    uint32_t n = 0;
-    for (size_t i = 0; i < m->n_parts; i++)
-        if (m->parts[i].kind == kind) n += kind == MEANING_FEATURES ? m->parts[i].n : 1;
-    return n;
-}
-
 struct field_config meaning_field(const struct meaning *m)
 {
     return (struct field_config){.n_grids = count(m, MEANING_GRID),
                                  .n_features = count(m, MEANING_FEATURES),
-                                 .n_variables = count(m, MEANING_VARIABLE)};
+                                 .n_variables = count(m, MEANING_VARIABLE),
+                                 .n_lights = count(m, MEANING_LIGHT)};
 }
 
 /* ---- In files ------------------------------------------------------------------------------- */
@@ -98,7 +102,7 @@ static void write_point(struct json *j, struct vec3 p)
 void meaning_write(const struct meaning *m, struct json *j)
 {
     json_begin_object(j, NULL);
-    for (enum meaning_kind kind = MEANING_GRID; kind <= MEANING_VARIABLE; kind++) {
+    for (enum meaning_kind kind = MEANING_GRID; kind <= MEANING_LIGHT; kind++) {
         json_begin_array(j, kinds[kind].list);
         for (size_t i = 0; i < m->n_parts; i++) {
             const struct meaning_part *p = &m->parts[i];
@@ -127,7 +131,7 @@ static bool read_list(struct meaning *m, enum meaning_kind kind, const json_t *l
     {
         const bool has_size = kind == MEANING_FEATURES;
         const char *name = json_string_value(has_size ? json_array_get(item, 0) : item);
-        json_int_t n = kind == MEANING_GRID ? 3 : 1;
+        json_int_t n = kind == MEANING_GRID || kind == MEANING_LIGHT ? 3 : 1;
         if (has_size) n = json_integer_value(json_array_get(item, 1));
         if (!name || n < 1 || n > MAX_FEATURES) return false;
         sum += has_size ? (uint64_t)n : 1;
@@ -155,8 +159,10 @@ lmn_status meaning_read(struct meaning *m, const char *text, const char *where, 
     json_t *object = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
     const json_t *box = json_object_get(object, "box");
     *m = (struct meaning){0};
-    for (enum meaning_kind kind = MEANING_GRID; kind <= MEANING_VARIABLE; kind++)
-        if (!read_list(m, kind, json_object_get(object, kinds[kind].list)) && !m->failed) {
+    for (enum meaning_kind kind = MEANING_GRID; kind <= MEANING_LIGHT; kind++)
+        if ((!read_list(m, kind, json_object_get(object, kinds[kind].list)) ||
+             (kind == MEANING_LIGHT && count(m, kind) == 0)) &&
+            !m->failed) {
             status = fail(err, LMN_ERR_PARSE, "%s: \"network\" has no good list of %s", where,
                           kinds[kind].list);
             goto done;

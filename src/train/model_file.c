@@ -199,13 +199,14 @@ lmn_status model_file_check_field(const struct model_file *m, const struct field
 {
     const struct field_config *c = &m->field;
     if (c->n_grids == want->n_grids && c->n_features == want->n_features &&
-        c->n_variables == want->n_variables)
+        c->n_variables == want->n_variables && c->n_lights == want->n_lights)
         return LMN_OK;
-    return fail(err, LMN_ERR_ARGUMENT,
-                "%s: its network is for a scene in which other things move: %u frames, %u features "
-                "and %u variables, not %u, %u and %u",
-                m->st.path, c->n_grids, c->n_features, c->n_variables, want->n_grids,
-                want->n_features, want->n_variables);
+    return fail(
+        err, LMN_ERR_ARGUMENT,
+        "%s: its network is for a scene in which other things move: %u frames, %u features, "
+        "%u variables and %u groups of lights, not %u, %u, %u and %u",
+        m->st.path, c->n_grids, c->n_features, c->n_variables, c->n_lights, want->n_grids,
+        want->n_features, want->n_variables, want->n_lights);
 }
 
 lmn_status model_file_check_weights(const struct model_file *m, struct error *err)

@@ -137,8 +137,11 @@ static void paint_tile(void *ctx, uint32_t item, uint32_t worker)
     tile.width = w->width - x < TILE ? w->width - x : TILE;
     tile.height = w->height - y < TILE ? w->height - y : TILE;
     const uint32_t n = tile.width * tile.height;
-    const struct field_run run = {
-        .n = n, .positions = d->positions, .features = d->features, .scale = d->scale};
+    const struct field_run run = {.n = n,
+                                  .positions = d->positions,
+                                  .features = d->features,
+                                  .scale = d->scale,
+                                  .lights = p->lights};
     struct trace_output output = {.buffers = d->buffers};
     uint16_t order[TILE_PIXELS];
     find_order(tile.width, tile.height, order);
@@ -246,8 +249,10 @@ lmn_status painter_render(struct painter *p, const float *u,
     view_set(p->view, u);
     if (p->network.generator)
         inputs_variables(p->place->scene, u, p->v);
-    else
+    else {
         sight_variables(p->network.sight, u, p->v);
+        powers_at(&p->network.sight->powers, view_state(p->view), p->lights);
+    }
 
     struct painting frame = {.p = p, .settings = &settings, .window = *w, .image = &im};
     if (p->network.field)

@@ -45,6 +45,7 @@ struct painter {
     /* Of the compact network: */
     struct painter_desk *desks; /* [n_desks] */
     uint32_t n_desks;
+    float lights[FIELD_MAX_LIGHTS * 3]; /* powers_at() */
     uint64_t memory_size;
 };
 

@@ -45,62 +45,36 @@ static void find_lights(struct sight *s)
     }
 }
 
-static void use_drives(const struct drive *drives, int n, bool *is_used)
+/* Does any surface or light depend on it, in other ways than by a light's power? */
+static bool is_learnt(const struct sight *s, uint32_t variable)
 {
-    for (int i = 0; i < n; i++)
-        if (drives[i].variable != SCENE_NONE) is_used[drives[i].variable] = true;
-}
-
-/* Marks the variables that a binding follows. */
-static void use_binding(const struct binding *b, bool *is_used)
-{
-    switch (b->kind) {
-    case BINDING_NUMBER:
-    case BINDING_SPLAT:
-        use_drives(b->drive, 1, is_used);
-        break;
-    case BINDING_RGB:
-        use_drives(b->drive, 3, is_used);
-        break;
-    case BINDING_TRANSFORM:
-        for (uint32_t i = 0; i < b->n_steps; i++) use_drives(b->steps[i].drive, 3, is_used);
-        break;
-    case BINDING_CAMERA:
-        use_drives(b->camera->origin, 3, is_used);
-        use_drives(b->camera->target, 3, is_used);
-        break;
-    case BINDING_CHOICE:
-        is_used[b->variable] = true;
-        break;
-    case BINDING_VISIBLE:
-        for (uint32_t i = 0; i < b->n_conditions; i++) is_used[b->conditions[i].variable] = true;
-        break;
+    if (powers_has(&s->powers, variable)) return false;
+    for (uint32_t i = 0; i < s->scene->n_bindings; i++) {
+        const struct binding *b = &s->scene->bindings[i];
+        if (b->array != STATE_SENSOR && binding_follows(b, variable)) return true;
     }
+    return false;
 }
 
 lmn_status sight_init(struct sight *s, const struct scene *scene, struct error *err)
 {
     lmn_status status = LMN_OK;
-    bool *is_used = NULL;
     *s = (struct sight){.scene = scene};
+    TRY(powers_init(&s->powers, scene, err));
     TRY(scene_frames_init(scene, &s->frames, err));
     s->n_frames = s->frames.n < SIGHT_FRAMES ? s->frames.n : SIGHT_FRAMES;
     find_lights(s);
     s->n_positions = 1 + s->n_frames;
     s->n_features = SURFACE_FEATURES + s->n_frames * FRAME_FEATURES +
                     s->n_lights * (LIGHT_FEATURES + s->n_frames * PASSAGE_FEATURES);
-    is_used = mem_new((size_t)scene->n_variables + 1, sizeof *is_used);
     s->variables = mem_new((size_t)scene->n_variables + 1, sizeof *s->variables);
-    if (!is_used || !s->variables) {
+    if (!s->variables) {
         status = fail_memory(err, "the network's inputs");
         goto done;
     }
-    for (uint32_t i = 0; i < scene->n_bindings; i++)
-        if (scene->bindings[i].array != STATE_SENSOR) use_binding(&scene->bindings[i], is_used);
     for (uint32_t i = 0; i < scene->n_variables; i++)
-        if (is_used[i]) s->variables[s->n_variables++] = i;
+        if (is_learnt(s, i)) s->variables[s->n_variables++] = i;
 done:
-    mem_free(is_used);
     if (status != LMN_OK) sight_release(s);
     return status;
 }
@@ -108,14 +82,17 @@ done:
 void sight_release(struct sight *s)
 {
     scene_frames_release(&s->frames);
+    powers_release(&s->powers);
     mem_free(s->variables);
     *s = (struct sight){0};
 }
 
 struct field_config sight_field(const struct sight *s)
 {
-    return (struct field_config){
-        .n_grids = s->n_positions, .n_features = s->n_features, .n_variables = s->n_variables};
+    return (struct field_config){.n_grids = s->n_positions,
+                                 .n_features = s->n_features,
+                                 .n_variables = s->n_variables,
+                                 .n_lights = s->powers.n};
 }
 
 /* The name of what moves: that of its first shape, or of the emitter. */
@@ -168,6 +145,16 @@ lmn_status sight_describe(const struct sight *s, struct meaning *out, struct err
     }
     for (uint32_t i = 0; i < s->n_variables; i++)
         meaning_add(out, MEANING_VARIABLE, 1, "%s", s->scene->variables[s->variables[i]].name);
+    for (uint32_t g = 0; g < s->powers.n; g++) {
+        struct str name = {0};
+        if (s->powers.first[g] == SCENE_NONE)
+            str_add(&name, "fixed power");
+        else
+            emitter_name(&name, s->scene, s->powers.first[g]);
+        meaning_add(out, MEANING_LIGHT, 3, "%s", name.failed ? "" : name.text);
+        out->failed |= name.failed;
+        str_release(&name);
+    }
     if (out->failed) status = fail_memory(err, "the network's inputs");
 done:
     for (uint32_t k = 0; k < s->n_frames; k++) str_release(&frames[k]);
@@ -222,6 +209,44 @@ void sight_look(const struct sight *s, const struct scene_state *state, const fl
         sight_look_plain(&job);
 }
 
+/* ---- To keep ---- */
+
+static const struct {
+    uint8_t from, to, n;
+} kept_parts[] = {{BUFFER_POSITION, 0, 3},
+                  {BUFFER_NORMAL, 3, 3},
+                  {BUFFER_ALBEDO, 6, 3},
+                  {BUFFER_WO, 9, 3},
+                  {BUFFER_ROUGHNESS, 12, 1}};
+
+enum { KEPT_KIND = 13, KIND_NOTHING = 0, KIND_DIFFUSE = 1, KIND_GLOSSY = 2 };
+
+void sight_keep(const float *buffers, uint32_t n, float *kept)
+{
+    for (uint32_t i = 0; i < n; i++, buffers += BUFFER_CHANNELS, kept += SIGHT_KEPT) {
+        for (size_t k = 0; k < sizeof kept_parts / sizeof *kept_parts; k++)
+            memcpy(kept + kept_parts[k].to, buffers + kept_parts[k].from,
+                   kept_parts[k].n * sizeof *kept);
+        const float *wi = buffers + BUFFER_WI; /* zero on diffuse surfaces */
+        const bool is_glossy = wi[0] != 0.0f || wi[1] != 0.0f || wi[2] != 0.0f;
+        kept[KEPT_KIND] = !(buffers[BUFFER_DEPTH] > 0.0f) ? KIND_NOTHING
+                          : is_glossy                     ? KIND_GLOSSY
+                                                          : KIND_DIFFUSE;
+    }
+}
+
+void sight_recall(const float *kept, uint32_t n, float *buffers)
+{
+    for (uint32_t i = 0; i < n; i++, buffers += BUFFER_CHANNELS, kept += SIGHT_KEPT) {
+        memset(buffers, 0, BUFFER_CHANNELS * sizeof *buffers);
+        for (size_t k = 0; k < sizeof kept_parts / sizeof *kept_parts; k++)
+            memcpy(buffers + kept_parts[k].from, kept + kept_parts[k].to,
+                   kept_parts[k].n * sizeof *kept);
+        buffers[BUFFER_DEPTH] = kept[KEPT_KIND] > KIND_NOTHING ? 1.0f : 0.0f;
+        buffers[BUFFER_WI] = kept[KEPT_KIND] == KIND_GLOSSY ? 1.0f : 0.0f;
+    }
+}
+
 /* ---- What learning takes ---- */
 
 static float finite_or_zero(float x)
@@ -235,6 +260,23 @@ void sight_targets(const float *color, const float *buffers, uint32_t n, float *
         for (size_t c = 0; c < 3; c++) {
             float y = color[3 * i + c] - buffers[i * BUFFER_CHANNELS + BUFFER_EMISSION + c];
             targets[3 * i + c] = y > 0.0f && isfinite(y) ? y : 0.0f;
+        }
+}
+
+void sight_split_targets(const float *groups, const float *buffers, uint32_t n, uint32_t n_lights,
+                         float *targets)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t c = 0; c < 3; c++) {
+            /* What surfaces emit is known over all groups: it is shared out as what is seen. */
+            float seen = 0.0f, emitted = buffers[i * BUFFER_CHANNELS + BUFFER_EMISSION + c];
+            for (size_t g = 0; g < n_lights; g++) seen += groups[((n_lights + g) * n + i) * 3 + c];
+            const float rest = seen > 0.0f ? max_float(1.0f - emitted / seen, 0.0f) : 0.0f;
+            for (size_t g = 0; g < n_lights; g++) {
+                float y = groups[(g * n + i) * 3 + c] +
+                          rest * groups[((n_lights + g) * n + i) * 3 + c];
+                targets[(i * n_lights + g) * 3 + c] = y > 0.0f && isfinite(y) ? y : 0.0f;
+            }
         }
 }
 

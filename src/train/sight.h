@@ -6,6 +6,7 @@
 #include "render/view.h"
 #include "scene/frames.h"
 #include "train/meaning.h"
+#include "train/powers.h"
 
 /*
  * What the compact network sees of a pixel (nn/field.h): from the buffers of its first hit and the
@@ -20,14 +21,16 @@
  *               nearness and cosine; per light and frame how closely the segment to the light
  *               passes the thing, in its frame: shadows. What is hidden gives zeros
  *   scale       albedo, but at least a tenth
- *   v           the variables, but those that only the camera follows: radiance of a surface does
- *               not depend on who looks
+ *   lights      the powers of groups of lights (powers.h)
+ *   v           the other variables, but those that only the camera follows: radiance of a surface
+ *               does not depend on who looks
  */
 enum { SIGHT_FRAMES = 6, SIGHT_LIGHTS = 3 };
 
 struct sight {
     const struct scene *scene;
     struct scene_frames frames;
+    struct powers powers;
     uint32_t n_frames, n_lights;
     struct {
         uint32_t instance, shape; /* SCENE_NONE: an emitter without shape */
@@ -59,9 +62,19 @@ void sight_variables(const struct sight *s, const float *u, float *v);
 void sight_look(const struct sight *s, const struct scene_state *state, const float *buffers,
                 uint32_t n, float *positions, float *features, float *scale);
 
+/* What of the buffers sight_look() reads, to keep and to look at again: [n][SIGHT_KEPT]. */
+enum { SIGHT_KEPT = 14 };
+void sight_keep(const float *buffers, uint32_t n, float *kept);
+void sight_recall(const float *kept, uint32_t n, float *buffers);
+
 /* The targets of learning: what surfaces scatter, that is color [n][3] without what they emit
  * themselves. What is not finite, or below 0, becomes 0. */
 void sight_targets(const float *color, const float *buffers, uint32_t n, float *targets);
+
+/* The same by group of lights: groups [2 n_lights][n][3], those after the first half being what is
+ * seen directly or along mirrors and glass (trace_output.chain_group); targets [n][n_lights][3]. */
+void sight_split_targets(const float *groups, const float *buffers, uint32_t n, uint32_t n_lights,
+                         float *targets);
 
 /* And back: adds to color [n][3] what is emitted. */
 void sight_add_emission(const float *buffers, uint32_t n, float *color);

@@ -14,6 +14,7 @@ struct move {
     const float *from;
     float *to;
     struct layout_tensor from_first, to_first; /* the first layer's weights */
+    struct layout_tensor from_last, to_last;   /* the last layer's */
 };
 
 static const struct meaning_part *source_of(const struct move *m, const struct meaning_part *part)
@@ -24,6 +25,7 @@ static const struct meaning_part *source_of(const struct move *m, const struct m
 /* How many columns of the first layer read a part. */
 static uint32_t n_columns(const struct meaning_part *part, const struct field_config *c)
 {
+    if (part->kind == MEANING_LIGHT) return 0;
     return part->kind == MEANING_GRID ? c->grid.n_levels * GRID_FEATURES : part->n;
 }
 
@@ -56,14 +58,34 @@ static void move_columns(const struct move *m, const struct meaning_part *to,
                m->from + m->from_first.at + row * m->from_first.n_in + from_at, size);
 }
 
-/* All from the first layer's biases on, which has the same shape on both sides. */
+/* `n` outputs from `at` on: rows of the last layer's weights, and biases behind them. */
+static void move_outputs(const struct move *m, size_t at, size_t from_at, size_t n)
+{
+    const struct layout_tensor *to = &m->to_last, *from = &m->from_last;
+    memcpy(m->to + to->at + at * to->n_in, m->from + from->at + from_at * from->n_in,
+           n * to->n_in * sizeof(float));
+    memcpy(m->to + to->at + to->size + at, m->from + from->at + from->size + from_at,
+           n * sizeof(float));
+}
+
+/* From the first layer's biases to the last layer, which have the same shape on both sides, and
+ * what is expected. */
 static void move_layers(const struct move *m)
 {
     struct layout_tensor source, target;
     layout_field_get(m->from_config, m->from_config->n_grids + 1, &source);
     layout_field_get(m->to_config, m->to_config->n_grids + 1, &target);
-    const size_t n = layout_field_n_weights(m->to_config) - target.at;
-    memcpy(m->to + target.at, m->from + source.at, n * sizeof(float));
+    memcpy(m->to + target.at, m->from + source.at, (m->to_last.at - target.at) * sizeof(float));
+    move_outputs(m, m->to_last.n_out - 1, m->from_last.n_out - 1, 1);
+}
+
+/* Of a light of `meaning`: its first output. */
+static size_t output_of(const struct meaning *meaning, const struct meaning_part *part)
+{
+    size_t at = 0;
+    for (const struct meaning_part *p = meaning->parts; p < part; p++)
+        if (p->kind == MEANING_LIGHT) at += p->n;
+    return at;
 }
 
 static void move_all(const struct move *m, struct str *report)
@@ -75,7 +97,10 @@ static void move_all(const struct move *m, struct str *report)
         str_add(report, "\n");
         if (!from) continue;
         if (to->kind == MEANING_GRID) move_table(m, to, from);
-        move_columns(m, to, from);
+        if (to->kind == MEANING_LIGHT)
+            move_outputs(m, output_of(m->to_meaning, to), output_of(m->from_meaning, from), to->n);
+        else
+            move_columns(m, to, from);
     }
     for (size_t i = 0; i < m->from_meaning->n_parts; i++) {
         const struct meaning_part *from = &m->from_meaning->parts[i];
@@ -131,6 +156,9 @@ lmn_status trainer_start_from(struct trainer *t, const char *path, const char **
                       .to = field_weights(learner_network(t->learner).field)};
     layout_field_get(m.from_config, m.from_config->n_grids, &m.from_first);
     layout_field_get(m.to_config, m.to_config->n_grids, &m.to_first);
+    layout_field_get(m.from_config, m.from_config->n_grids + 2 * m.from_config->depth,
+                     &m.from_last);
+    layout_field_get(m.to_config, m.to_config->n_grids + 2 * m.to_config->depth, &m.to_last);
     str_release(&t->start_report);
     move_all(&m, &t->start_report);
     if (t->start_report.failed) {

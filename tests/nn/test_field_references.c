@@ -22,6 +22,7 @@ static struct field_config config_of(const struct stored *r)
                                           .growth = (float)growth},
                                  .n_features = stored_number(r, "n_features"),
                                  .n_variables = stored_number(r, "n_variables"),
+                                 .n_lights = stored_number(r, "n_lights"),
                                  .width = stored_number(r, "width"),
                                  .depth = stored_number(r, "depth")};
 }
@@ -43,7 +44,8 @@ static void check_parts(const struct field_config *c, const float *got, const fl
     const size_t n_first = c->n_grids * grid.n_levels * GRID_FEATURES + c->n_features +
                            c->n_variables;
     for (uint32_t l = 0; l <= c->depth; l++) {
-        const size_t n_out = l < c->depth ? c->width : 3, n_in = l == 0 ? n_first : c->width;
+        const size_t n_out = l < c->depth ? c->width : 3 * c->n_lights + 1;
+        const size_t n_in = l == 0 ? n_first : c->width;
         const size_t parts[2] = {n_out * n_in, n_out};
         for (int part = 0; part < 2; part++) {
             snprintf(name, sizeof name, "gradient, layer %u, %s", l, part ? "biases" : "weights");
@@ -66,18 +68,25 @@ static uint32_t set_runs(const struct stored *r, const struct field_config *c,
         n += runs[i].n;
     }
     const size_t n_p = (size_t)c->n_grids * 3, n_f = c->n_features, n_v = c->n_variables;
+    const size_t n_l = (size_t)c->n_lights * 3;
     const float *positions = stored_values(r, "positions", n * n_p);
     const float *features = stored_values(r, "features", n * n_f);
     const float *scale = stored_values(r, "scale", n * (size_t)3);
     const float *targets = stored_values(r, "targets", n * (size_t)3);
+    const float *halves = stored_values(r, "halves", n * (size_t)3);
+    const float *weights = stored_values(r, "weights_of_pixels", n);
     const float *v = stored_values(r, "v", *n_runs * n_v);
+    const float *lights = stored_values(r, "lights", *n_runs * n_l);
     size_t first = 0;
     for (uint32_t i = 0; i < *n_runs; i++) {
         runs[i].positions = positions + first * n_p;
         runs[i].features = features + first * n_f;
         runs[i].scale = scale + first * 3;
         runs[i].targets = targets + first * 3;
+        runs[i].halves = halves + first * 3;
+        runs[i].weights = weights + first;
         runs[i].v = v + i * n_v;
+        runs[i].lights = lights + i * n_l;
         first += runs[i].n;
     }
     return n;
@@ -89,7 +98,7 @@ static void check(const struct stored *r, uint32_t cpu)
     struct field_run runs[MAX_RUNS];
     struct error err = {{0}};
     struct field *f;
-    float losses[MAX_RUNS];
+    float losses[MAX_RUNS], errors[MAX_RUNS];
     uint32_t n_runs;
     const uint32_t n_pixels = set_runs(r, &c, runs, &n_runs);
     struct pool *pool = pool_new(2);
@@ -106,9 +115,10 @@ static void check(const struct stored *r, uint32_t cpu)
     for (uint32_t i = 0; i < n_runs; first += runs[i++].n)
         field_render(f, &runs[i], out + 3 * first);
     check_close("outputs", out, stored_values(r, "outputs", 3 * first), 3 * first, tolerance);
-    field_gradient(f, runs, n_runs, losses, gradient);
+    field_gradient(f, runs, n_runs, losses, errors, gradient);
     for (uint32_t i = 0; i < n_runs; i++)
         check_close("losses", losses + i, stored_values(r, "losses", n_runs) + i, 1, tolerance);
+    check_close("errors", errors, stored_values(r, "errors", n_runs), n_runs, tolerance);
     check_parts(&c, gradient, stored_values(r, "gradient", n));
 
     mem_free(gradient);

@@ -105,6 +105,7 @@ static void same_scene_starts_where_the_model_is(void **state)
                                 "taken over: variable alpha\n"
                                 "taken over: variable ball\n"
                                 "taken over: variable shown\n"
+                                "taken over: light of fixed power\n"
                                 "taken over: 2 layers of 32");
     model_free(m);
     trainer_free(t);
@@ -185,6 +186,7 @@ static void inputs_are_matched_by_name(void **state)
                                 "taken over: variable ball\n"
                                 "new: variable there\n"
                                 "new: variable lift\n"
+                                "taken over: light of fixed power\n"
                                 "dropped: variable alpha\n"
                                 "dropped: variable shown\n"
                                 "taken over: 2 layers of 32");

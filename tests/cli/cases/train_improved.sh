@@ -4,7 +4,7 @@
 scene=$here/scenes/box.xml
 small="--method improved --width 16 --depth 1 --memory 4 --resolution-max 48 --spp 2 --eval-every never"
 train() { "$lumenaut" train "$scene" -q "$@"; }
-train $small -o one.lmn --steps 12 -t 1 --json | json 'd["steps"] == 12 and d["patches_traced"] == 12 * 64'
+train $small -o one.lmn --steps 12 -t 1 --json | json 'd["steps"] == 12 and d["patches_traced"] == 12 * 16'
 train $small -o two.lmn --steps 12 -t 2
 cmp one.lmn two.lmn
 cmp one.lmn.state two.lmn.state

@@ -11,12 +11,8 @@ outside=${LUMENAUT_SCENES:-../shared/scenes}/official
 learn() { # learn MINUTES SEEDS [OPTION...] -- SCENE...
     minutes=$1 seeds=$2
     shift 2
-    mkdir -p "build/learn/$minutes"
     build/release/lumenaut bench learn --minutes "$minutes" --seeds "$seeds" --out "build/learn/$minutes" \
-        --tests build/learn/tests --methods faithful:64,faithful:128,uniform,improved "$@" \
-        >"build/learn/$minutes/table.part"
-    mv "build/learn/$minutes/table.part" "build/learn/$minutes/table.txt"
-    cat "build/learn/$minutes/table.txt"
+        --tests build/learn/tests --methods faithful:64,faithful:128,uniform,improved "$@"
 }
 
 if [ -e "$outside/sphere-caustic/scene.xml" ]; then

@@ -232,7 +232,7 @@ int learn_bench(struct app *app, const struct learn_args *args, const struct sce
         code = learn_tests_open(&r.scenes[i].tests, app, &a, r.scenes[i].scene, r.scenes[i].name);
     for (uint32_t i = 0; code == EXIT_OK && i < n_paths; i++) code = run_scene(&r, &r.scenes[i]);
     if (code == EXIT_OK && as_json) learn_results_write(&r, stdout);
-    if (code == EXIT_OK && !as_json) learn_results_print(&r);
+    if (code == EXIT_OK && !as_json) learn_results_print(&r, stdout);
     for (uint32_t i = 0; r.scenes && i < n_paths; i++) {
         struct learn_scene *s = &r.scenes[i];
         for (size_t k = 0; k < COUNT_OF(s->curves); k++) learn_curve_release(&s->curves[k]);

@@ -14,7 +14,7 @@
  *   OUT/SCENE-METHOD-SEED.lmn, .lmn.state, .metrics.jsonl   the training (learn_train.c)
  *   OUT/SCENE-METHOD-SEED.jsonl              a line of what is measured, then one per evaluation
  *   OUT/SCENE.svg, OUT/SCENE-sheet.png       curves, and pictures (learn_sheet.c)
- *   OUT/results.json                         all of it, with a summary (learn_results.c)
+ *   OUT/results.json, OUT/table.txt          all of it, with a summary (learn_results.c)
  *
  * Functions that return int give an exit code, after saying why it is not EXIT_OK.
  */
@@ -171,10 +171,12 @@ struct learn_results {
     uint32_t n_scenes;
 };
 
-/* OUT/results.json; as_text: for people, on stdout. */
-int learn_results_save(const struct learn_results *r);
+/* For programs, and for people; of all that is there so far. */
 void learn_results_write(const struct learn_results *r, FILE *f);
-void learn_results_print(const struct learn_results *r);
+void learn_results_print(const struct learn_results *r, FILE *f);
+
+/* Both, as OUT/results.json and OUT/table.txt. */
+int learn_results_save(const struct learn_results *r);
 
 /* OUT/SCENE-sheet.png: some uniform and the hardest configurations, traced and by each method's
  * network of seed 1, with FLIP maps (learn_sheet.c). All trainings of the scene are finished. */

@@ -2,7 +2,6 @@
 /* What bench learn found: read from the files of its trainings, summed up, written and printed. */
 #include "learn.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -346,20 +345,6 @@ void learn_results_write(const struct learn_results *r, FILE *f)
     jo_end(&j);
 }
 
-int learn_results_save(const struct learn_results *r)
-{
-    char path[LEARN_PATH], *text = NULL;
-    size_t size = 0;
-    FILE *f = open_memstream(&text, &size);
-    if (!f) return app_error(r->app, EXIT_FAILED, "out of memory");
-    learn_results_write(r, f);
-    learn_path(path, "%s/results.json", r->args->out);
-    int code = fclose(f) == 0 ? EXIT_OK : app_error(r->app, EXIT_FAILED, "out of memory");
-    if (code == EXIT_OK) code = learn_save_text(r->app, path, text, size);
-    free(text);
-    return code;
-}
-
 /* ---- For people ----------------------------------------------------------------------------- */
 
 /* "35s/17x", "never", "-" */
@@ -375,41 +360,65 @@ static void format_reach(const struct verdict *v, bool is_faithful, char text[24
 
 static const char noise_label[] = "the references' own noise";
 
-static void print_set(const struct learn_results *r, const struct learn_scene *s, int set)
+static void print_set(const struct learn_results *r, const struct learn_scene *s, int set, FILE *f)
 {
     const lmn_metrics *noise = &s->tests.sets[set].noise;
     const bool has_faithful = best_faithful(r, s, set, 0) != UINT32_MAX;
     int width = (int)strlen(noise_label);
     for (uint32_t m = 0; m < r->n_methods; m++)
         if ((int)strlen(r->methods[m].label) > width) width = (int)strlen(r->methods[m].label);
-    printf("%s, %u %s configurations, median of %u seed%s\n", s->name, r->args->n,
-           learn_set_names[set], r->args->seeds, r->args->seeds > 1 ? "s" : "");
-    printf("%-*s %8s %8s %8s   %-35s   %s\n", width, "method", "MAPE", "relMSE", "FLIP",
-           has_faithful ? "as good as faithful's end after" : "",
-           uniform_method(r) == UINT32_MAX ? "" : "uniform's error / its own");
+    fprintf(f, "%s, %u %s configurations, median of %u seed%s\n", s->name, r->args->n,
+            learn_set_names[set], r->args->seeds, r->args->seeds > 1 ? "s" : "");
+    fprintf(f, "%-*s %8s %8s %8s   %-35s   %s\n", width, "method", "MAPE", "relMSE", "FLIP",
+            has_faithful ? "as good as faithful's end after" : "",
+            uniform_method(r) == UINT32_MAX ? "" : "uniform's error / its own");
     for (uint32_t m = 0; m < r->n_methods; m++) {
         const bool is_faithful = r->methods[m].options.method == LMN_METHOD_FAITHFUL;
         struct verdict v[N_LEARN_METRICS];
         char text[24];
         for (int k = 0; k < N_LEARN_METRICS; k++) v[k] = judge(r, s, m, set, k);
-        printf("%-*s %8.5f %8.5f %8.5f  ", width, r->methods[m].label, v[0].error, v[1].error,
-               v[2].error);
+        fprintf(f, "%-*s %8.5f %8.5f %8.5f  ", width, r->methods[m].label, v[0].error, v[1].error,
+                v[2].error);
         for (int k = 0; k < N_LEARN_METRICS; k++) {
             format_reach(&v[k], is_faithful, text);
-            printf(" %11s", has_faithful ? text : "");
+            fprintf(f, " %11s", has_faithful ? text : "");
         }
-        printf("  ");
+        fprintf(f, "  ");
         for (int k = 0; k < N_LEARN_METRICS; k++)
-            if (!is_faithful && isfinite(v[k].uniform_ratio)) printf(" %6.3f", v[k].uniform_ratio);
-        printf("\n");
+            if (!is_faithful && isfinite(v[k].uniform_ratio))
+                fprintf(f, " %6.3f", v[k].uniform_ratio);
+        fprintf(f, "\n");
     }
-    printf("%-*s %8.5f %8.5f %8.5f\n\n", width, noise_label, noise->mape, noise->relmse,
-           noise->flip);
+    fprintf(f, "%-*s %8.5f %8.5f %8.5f\n\n", width, noise_label, noise->mape, noise->relmse,
+            noise->flip);
 }
 
-void learn_results_print(const struct learn_results *r)
+void learn_results_print(const struct learn_results *r, FILE *f)
 {
     for (uint32_t i = 0; i < r->n_scenes; i++)
         for (int set = 0; r->scenes[i].has_curves && set < N_LEARN_SETS; set++)
-            print_set(r, &r->scenes[i], set);
+            print_set(r, &r->scenes[i], set, f);
+}
+
+/* ---- Files ---------------------------------------------------------------------------------- */
+
+static int save(const struct learn_results *r, const char *name,
+                void (*write)(const struct learn_results *, FILE *))
+{
+    char path[LEARN_PATH], *text = NULL;
+    size_t size = 0;
+    FILE *f = open_memstream(&text, &size);
+    if (!f) return app_error(r->app, EXIT_FAILED, "out of memory");
+    write(r, f);
+    learn_path(path, "%s/%s", r->args->out, name);
+    int code = fclose(f) == 0 ? EXIT_OK : app_error(r->app, EXIT_FAILED, "out of memory");
+    if (code == EXIT_OK) code = learn_save_text(r->app, path, text, size);
+    free(text);
+    return code;
+}
+
+int learn_results_save(const struct learn_results *r)
+{
+    const int code = save(r, "results.json", learn_results_write);
+    return code == EXIT_OK ? save(r, "table.txt", learn_results_print) : code;
 }

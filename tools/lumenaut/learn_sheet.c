@@ -60,6 +60,17 @@ static void sheet_release(struct sheet *s)
     free(s->metrics);
 }
 
+static void model_path(const struct sheet *s, uint32_t method, char path[LEARN_PATH])
+{
+    learn_path(path, "%s/%s-%s-1.lmn", s->results->args->out, s->scene->name,
+               s->results->methods[method].file);
+}
+
+static bool has_failed(const struct sheet *s, uint32_t method)
+{
+    return s->scene->curves[(size_t)method * s->results->args->seeds].failure != NULL;
+}
+
 /* Black columns for a training that came apart. */
 static lmn_status leave_out(struct sheet *s, uint32_t method)
 {
@@ -85,8 +96,7 @@ static lmn_status render_method(struct sheet *s, uint32_t method)
         .struct_size = sizeof o, .width = tests->width, .height = tests->height};
     char path[LEARN_PATH];
     lmn_model *model = NULL;
-    learn_path(path, "%s/%s-%s-1.lmn", s->results->args->out, s->scene->name,
-               s->results->methods[method].file);
+    model_path(s, method, path);
     lmn_status status = lmn_model_load(context, s->scene->scene, path, 0, &model);
     for (uint32_t r = 0; r < s->n_rows && status == LMN_OK; r++) {
         uint32_t index;
@@ -164,11 +174,16 @@ int learn_sheet_save(const struct learn_results *r, const struct learn_scene *sc
     lmn_image *out = NULL;
     char path[LEARN_PATH];
     lmn_status status = LMN_OK;
+    for (uint32_t m = 0; m < r->n_methods; m++) {
+        model_path(&s, m, path);
+        if (access(path, R_OK) == 0 || has_failed(&s, m)) continue;
+        app_say(r->app, "%s is no longer there: no sheet", path);
+        return EXIT_OK;
+    }
     int code = sheet_init(&s) ? EXIT_OK : app_error(r->app, EXIT_FAILED, "out of memory");
     r->app->is_silent = true;
     for (uint32_t m = 0; code == EXIT_OK && status == LMN_OK && m < r->n_methods; m++) {
-        const bool has_failed = scene->curves[(size_t)m * r->args->seeds].failure != NULL;
-        status = has_failed ? leave_out(&s, m) : render_method(&s, m);
+        status = has_failed(&s, m) ? leave_out(&s, m) : render_method(&s, m);
     }
     r->app->is_silent = false;
     for (uint32_t row = 0; code == EXIT_OK && status == LMN_OK && row < s.n_rows; row++)

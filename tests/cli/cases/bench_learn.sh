@@ -16,6 +16,7 @@ json 'len(d["scenes"][0]["summary"]) == 6 and all(len(s["methods"]) == 3 for s i
 /usr/bin/python3 -c 'import xml.dom.minidom as x; x.parse("one/box.svg")'
 
 [ -s one/box-sheet.png ]
+cmp one.txt one/table.txt
 
 # --json prints the same document; nothing is done again
 learn --out one -t 1 --json >again.json

@@ -8,6 +8,11 @@
 #include "base/cpu.h"
 #include "base/mem.h"
 #include "tiny.h"
+#include "train/history.h"
+#include "train/layout.h"
+#include "train/learner.h"
+#include "train/options.h"
+#include "train/sight_inside.h"
 
 /* cmocka last: it makes fail() a macro. */
 #include <setjmp.h>
@@ -171,13 +176,52 @@ static void instruction_sets_agree(void **state)
     mem_free(scale);
 }
 
+/* The parts of what is seen, by name, are as many as the network takes. */
+static void all_inputs_have_a_meaning(void **state)
+{
+    (void)state;
+    struct error err = {{0}};
+    struct meaning m, read;
+    struct str text = {0};
+    struct json j = {.out = &text};
+    assert_int_equal(sight_describe(&sight, &m, &err), LMN_OK);
+    const struct field_config want = sight_field(&sight), got = meaning_field(&m);
+    assert_memory_equal(&want, &got, sizeof want);
+    meaning_write(&m, &j);
+    assert_false(text.failed);
+    assert_int_equal(meaning_read(&read, text.text, "here", &err), LMN_OK);
+    assert_int_equal(read.n_parts, m.n_parts);
+    for (size_t i = 0; i < m.n_parts; i++)
+        assert_ptr_equal(meaning_find(&read, &m, &m.parts[i]), &read.parts[i]);
+    meaning_release(&read);
+    meaning_release(&m);
+    str_release(&text);
+}
+
+/* A model with all frames and lights that are seen, twelve variables and the longest history. */
+static void models_are_small(void **state)
+{
+    (void)state;
+    lmn_train_options o;
+    options_init_method(&o, LMN_METHOD_IMPROVED);
+    struct field_config c = {.n_grids = 1 + SIGHT_FRAMES,
+                             .grid = learner_grid(),
+                             .n_features = SIGHT_MOST_FEATURES,
+                             .n_variables = 12,
+                             .width = o.width,
+                             .depth = o.depth};
+    const size_t history = HISTORY_ROWS * HISTORY_COLUMNS * sizeof(double) +
+                           (size_t)HISTORY_SNAPSHOTS * o.n_chains * (12 + 2) * sizeof(float);
+    const size_t size = layout_field_n_weights(&c) * sizeof(float) + history + (64 << 10);
+    if (size > 16 << 20) fail_msg("%zu bytes", size);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(frames_follow_their_things),
-        cmocka_unit_test(hidden_things_give_zeros),
-        cmocka_unit_test(surfaces_are_told_apart),
-        cmocka_unit_test(instruction_sets_agree),
+        cmocka_unit_test(frames_follow_their_things), cmocka_unit_test(hidden_things_give_zeros),
+        cmocka_unit_test(surfaces_are_told_apart),    cmocka_unit_test(instruction_sets_agree),
+        cmocka_unit_test(all_inputs_have_a_meaning),  cmocka_unit_test(models_are_small),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -208,6 +208,7 @@ static void models_are_small(void **state)
                              .grid = learner_grid(),
                              .n_features = SIGHT_MOST_FEATURES,
                              .n_variables = 12,
+                             .n_lights = FIELD_MAX_LIGHTS,
                              .width = o.width,
                              .depth = o.depth};
     const size_t history = HISTORY_ROWS * HISTORY_COLUMNS * sizeof(double) +

@@ -17,6 +17,7 @@ enum part {
     PART_LAYERS,  /* to colours */
     PART_NETWORK, /* both */
     PART_TONE,
+    PART_CPU, /* everything: processor time over threads, which tells on a busy machine */
     N_PARTS
 };
 
@@ -69,7 +70,7 @@ static lmn_status time_frames(struct bench *b, struct painter *painter, double *
         struct image image = {0};
         double parts[N_PARTS] = {0}, painted_s;
         TRY(choose_values(b, i, err));
-        const double start_s = clock_wall_s();
+        const double start_s = clock_wall_s(), start_cpu_s = clock_cpu_s();
         const uint64_t start = clock_ticks();
         status = painter_render(painter, b->scene->cache->u, &b->render, &image, NULL, NULL, NULL,
                                 err);
@@ -80,6 +81,7 @@ static lmn_status time_frames(struct bench *b, struct painter *painter, double *
                        3 * (size_t)image.width * image.height, 1.0f, b->bytes);
         parts[PART_FRAME] = clock_wall_s() - start_s;
         parts[PART_TONE] = parts[PART_FRAME] - painted_s;
+        parts[PART_CPU] = (clock_cpu_s() - start_cpu_s) / pool_n_workers(b->context->pool);
         cut(painter, painted_s / (double)(ticks > 0 ? ticks : 1), parts);
         image_release(&image);
         if (status != LMN_OK) goto done;
@@ -157,6 +159,7 @@ static lmn_status bench_faithful(struct bench *b, const char *path, struct json 
     json_begin_object(j, NULL);
     put_shape(j, b, path, "faithful", config.width, config.depth, config.n_variables);
     json_put_number(j, "frame_s", medians[PART_FRAME]);
+    json_put_number(j, "frame_cpu_s", medians[PART_CPU]);
     json_put_number(j, "buffers_s", buffers_s);
     json_put_number(j, "network_s", network.seconds);
     json_put_number(j, "tone_s", medians[PART_TONE]);
@@ -226,6 +229,7 @@ static lmn_status bench_improved(struct bench *b, const char *path, struct json 
     json_put_integer(j, "grids", config.n_grids);
     json_put_integer(j, "features", config.n_features);
     json_put_number(j, "frame_s", medians[PART_FRAME]);
+    json_put_number(j, "frame_cpu_s", medians[PART_CPU]);
     json_put_number(j, "buffers_s", medians[PART_BUFFERS]);
     json_put_number(j, "look_s", medians[PART_LOOK]);
     json_put_number(j, "encode_s", medians[PART_ENCODE]);

@@ -9,7 +9,7 @@
 #include "train/inputs.h"
 
 /* Tiles of the picture, those of tracing: parts of a multiple of FIELD_PART pixels. */
-enum { TILE = 32, TILE_PIXELS = TILE * TILE, BLOCK = 4, TILES_PER_WORKER = 32 };
+enum { TILE = 32, TILE_PIXELS = TILE * TILE, TILES_PER_WORKER = 32 };
 
 /* Takes `count` zeroed floats and counts them. */
 static bool take(struct painter *p, size_t count, float **out)
@@ -35,7 +35,6 @@ static bool take_desks(struct painter *p)
     while (is_whole && p->n_desks < n_workers) {
         struct painter_desk *d = &p->desks[p->n_desks++];
         is_whole = take(p, n * BUFFER_CHANNELS, &d->buffers) &&
-                   take(p, n * BUFFER_CHANNELS, &d->ordered) &&
                    take(p, n * sight->n_positions * 3, &d->positions) &&
                    take(p, n * sight->n_features, &d->features) && take(p, n * 3, &d->scale) &&
                    take(p, n * 3, &d->color);
@@ -68,8 +67,7 @@ void painter_release(struct painter *p)
     mem_free(p->color);
     for (uint32_t i = 0; i < p->n_desks; i++) {
         struct painter_desk *d = &p->desks[i];
-        float *const blocks[] = {d->buffers,  d->ordered, d->positions,
-                                 d->features, d->scale,   d->color};
+        float *const blocks[] = {d->buffers, d->positions, d->features, d->scale, d->color};
         for (size_t k = 0; k < sizeof blocks / sizeof *blocks; k++) mem_free(blocks[k]);
     }
     mem_free(p->desks);
@@ -111,17 +109,6 @@ struct painting {
 
 /* ---- The compact network: tile by tile ---- */
 
-/* A tile's pixels block by block of 4 x 4, as neighbours share the cells of grids: order [n], the
- * pixels' places row by row. */
-static void find_order(uint32_t width, uint32_t height, uint16_t *order)
-{
-    for (uint32_t y0 = 0; y0 < height; y0 += BLOCK)
-        for (uint32_t x0 = 0; x0 < width; x0 += BLOCK)
-            for (uint32_t y = y0; y < height && y < y0 + BLOCK; y++)
-                for (uint32_t x = x0; x < width && x < x0 + BLOCK; x++)
-                    *order++ = (uint16_t)(y * width + x);
-}
-
 static void paint_tile(void *ctx, uint32_t item, uint32_t worker)
 {
     const struct painting *f = ctx;
@@ -143,28 +130,18 @@ static void paint_tile(void *ctx, uint32_t item, uint32_t worker)
                                   .scale = d->scale,
                                   .lights = p->lights};
     struct trace_output output = {.buffers = d->buffers};
-    uint16_t order[TILE_PIXELS];
-    find_order(tile.width, tile.height, order);
     view_trace(p->view, f->settings, &tile, &output);
-    for (uint32_t i = 0; i < n; i++)
-        memcpy(d->ordered + (size_t)i * BUFFER_CHANNELS,
-               d->buffers + (size_t)order[i] * BUFFER_CHANNELS, sizeof(float[BUFFER_CHANNELS]));
     const uint64_t traced = clock_ticks();
-    sight_look(p->network.sight, view_state(p->view), d->ordered, n, d->positions, d->features,
+    sight_look(p->network.sight, view_state(p->view), d->buffers, n, d->positions, d->features,
                d->scale);
     const uint64_t looked = clock_ticks();
     field_render_part(p->network.field, worker, &run, d->color);
     const uint64_t rendered = clock_ticks();
-    sight_add_emission(d->ordered, n, d->color);
-    for (uint32_t i = 0; i < n; i++) {
-        const uint32_t at = order[i];
-        const size_t pixel = (size_t)(y + at / tile.width) * w->width + x + at % tile.width;
-        float *to = f->image->data + pixel * n_channels;
-        memcpy(to, d->color + 3 * (size_t)i, sizeof(float[3]));
-        if (n_channels > 3)
-            memcpy(to + 3, d->ordered + (size_t)i * BUFFER_CHANNELS,
-                   sizeof(float[BUFFER_CHANNELS]));
-    }
+    sight_add_emission(d->buffers, n, d->color);
+    for (size_t i = 0; i < tile.height; i++)
+        put_pixels(f->image->data + ((y + i) * w->width + x) * n_channels, n_channels,
+                   d->color + i * tile.width * 3, d->buffers + i * tile.width * BUFFER_CHANNELS,
+                   tile.width);
     d->buffer_ticks += traced - start;
     d->look_ticks += looked - traced;
     d->network_ticks += rendered - looked;

@@ -16,7 +16,6 @@ struct painter_network {
 /* What one worker paints a tile of the compact network in; owned. */
 struct painter_desk {
     float *buffers;                      /* [TILE_PIXELS][BUFFER_CHANNELS] */
-    float *ordered;                      /* the same block by block, as all that follows */
     float *positions, *features, *scale; /* sight_look() */
     float *color;                        /* [TILE_PIXELS][3] */
     /* Ticks of clock_ticks() since the frame began: tracing, sight_look(), the network, the rest.

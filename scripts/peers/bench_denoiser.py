@@ -13,7 +13,8 @@ times are those of its filter alone, prepared and warm. Rows say when it alone t
 Configurations are those of `lumenaut eval` with --seed: uniform draws. Errors are `lumenaut compare`'s
 in the --crop middle pixels of each side (whole pictures are made and denoised), against the mean of two
 traced halves of --reference-spp (1024) samples in all; `noise` is half the error of one half against
-the other. References are kept in build/peers/denoiser. No training may run beside it.
+the other. References are kept in build/peers/denoiser. No training may run beside it. The program is
+build/release/lumenaut, or what LUMENAUT names.
 """
 import argparse
 import hashlib
@@ -35,7 +36,7 @@ import pyoidn
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build/peers/denoiser"
-LUMENAUT = ROOT / "build/release/lumenaut"
+LUMENAUT = os.environ.get("LUMENAUT", ROOT / "build/release/lumenaut")
 QUALITIES = ("high", "fast")
 METRICS = ("mape", "relmse", "flip", "flip_hdr")
 SEED, REFERENCE_SEEDS = 7, (40001, 40002)

@@ -223,6 +223,43 @@ static void test_model(void **state)
     lmn_context_free(context);
 }
 
+/* A training starts from a model of the improved method, and from no other. */
+static void test_start_from(void **state)
+{
+    (void)state;
+    lmn_context *context = new_context(1);
+    lmn_scene *scene = load_scene(context);
+    lmn_trainer *trainer = NULL;
+    lmn_model_info info;
+    lmn_train_options o;
+    const char *report = NULL;
+    lmn_train_options_init_method(&o, LMN_METHOD_IMPROVED);
+    o.width = 8;
+    o.depth = 1;
+    o.memory_mib = 2;
+    o.resolution_max = 16;
+    o.spp = 1;
+    EXPECT(context, lmn_trainer_new(context, scene, &o, &trainer), LMN_OK);
+    EXPECT(context, lmn_trainer_start_from(trainer, model_path, &report), LMN_ERR_ARGUMENT);
+    EXPECT(context, lmn_trainer_start_from(trainer, "/nowhere/m.lmn", &report), LMN_ERR_IO);
+    assert_null(report);
+    EXPECT(context, lmn_trainer_step(trainer, NULL), LMN_OK);
+    EXPECT(context, lmn_trainer_save(trainer, other_path), LMN_OK);
+    EXPECT(context, lmn_trainer_start_from(trainer, other_path, &report), LMN_ERR_ARGUMENT);
+    lmn_trainer_free(trainer);
+    EXPECT(context, lmn_model_read_info(context, other_path, &info), LMN_OK);
+    assert_int_equal(info.method, LMN_METHOD_IMPROVED);
+    assert_true(info.width == 8 && info.depth == 1);
+    lmn_model_info_free(&info);
+    EXPECT(context, lmn_trainer_new(context, scene, &o, &trainer), LMN_OK);
+    EXPECT(context, lmn_trainer_start_from(trainer, other_path, NULL), LMN_OK);
+    EXPECT(context, lmn_trainer_start_from(trainer, other_path, &report), LMN_OK);
+    assert_non_null(strstr(report, "taken over: grid of the scene\n"));
+    lmn_trainer_free(trainer);
+    lmn_scene_free(scene);
+    lmn_context_free(context);
+}
+
 /* Another scene under the model: refused, unless forced; never with other variables. */
 static void test_changed_scene(void **state)
 {
@@ -322,10 +359,10 @@ static void test_bench(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_options),       cmocka_unit_test(test_named_options),
-        cmocka_unit_test(test_train),         cmocka_unit_test(test_model),
-        cmocka_unit_test(test_changed_scene), cmocka_unit_test(test_broken_files),
-        cmocka_unit_test(test_bench),
+        cmocka_unit_test(test_options),      cmocka_unit_test(test_named_options),
+        cmocka_unit_test(test_train),        cmocka_unit_test(test_model),
+        cmocka_unit_test(test_start_from),   cmocka_unit_test(test_changed_scene),
+        cmocka_unit_test(test_broken_files), cmocka_unit_test(test_bench),
     };
     return cmocka_run_group_tests_name("api_training", tests, make_folder, remove_folder);
 }

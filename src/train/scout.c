@@ -114,7 +114,7 @@ static void draw_configuration(const struct scout *s, uint32_t item, float *u)
 {
     const struct scene *scene = s->place->scene;
     scene_random_units(scene, s->options.seed, s->serial + item, u);
-    if (s->options.n_looks > 0 && s->sum_errors > 0) {
+    if (s->sum_errors > 0) {
         struct rng r = rng_keyed(s->options.seed ^ STREAM_CHILD, s->serial + item, 0);
         if (rng_float(&r) < (float)s->options.children) {
             const uint32_t n_held = memory_n_held(s->memory);
@@ -249,11 +249,11 @@ void scout_go(struct scout *s, struct view *const *views, const struct memory *m
     s->views = views;
     s->memory = memory;
     s->serial = serial;
+    sum_errors(s);
     if (s->options.n_looks == 0) {
         pool_run(s->place->pool, n, plain_item, s);
         return;
     }
-    sum_errors(s);
     pool_run(s->place->pool, n, look_item, s);
     field_expect(s->field, s->runs, n, s->expected);
     pool_run(s->place->pool, n, choose_item, s);

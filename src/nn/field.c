@@ -333,13 +333,15 @@ void field_outputs(const struct field *f, const struct worker *w, uint32_t first
                    uint32_t n, float *o, float *values)
 {
     const uint32_t panel = f->kernels.panel;
-    for (uint32_t r = 0; r < n; r++)
-        for (uint32_t k = 0; k < count;) {
-            const uint32_t in_panel = (first + k) % panel, room = panel - in_panel;
-            const uint32_t some = count - k < room ? count - k : room;
-            memcpy(o + r * count + k, w->y + place(f, r, first + k), some * sizeof *o);
-            k += some;
-        }
+    for (uint32_t k = 0; k < count;) { /* panel by panel */
+        const uint32_t room = panel - (first + k) % panel, rest = count - k;
+        const uint32_t some = rest < room ? rest : room;
+        const float *from = w->y + place(f, 0, first + k);
+        float *to = o + k;
+        for (uint32_t r = 0; r < n; r++, from += panel, to += count)
+            for (uint32_t i = 0; i < some; i++) to[i] = from[i];
+        k += some;
+    }
     for (uint32_t i = 0; i < n * count; i++) {
         /* What is no number stays so: training must notice. */
         const float low = o[i] < LEAST_OUTPUT ? LEAST_OUTPUT : o[i];
@@ -370,6 +372,19 @@ double field_flop(const struct field *f)
     return 2.0 * n;
 }
 
+/* values [n][n_lights][3] times the lights' powers, to their sums [n][3] at the start of it. */
+static void sum_lights(float *values, uint32_t n, uint32_t n_lights, const float *powers)
+{
+    const float *from = values;
+    for (uint32_t i = 0; i < n; i++, values += N_COLORS) {
+        float sum[N_COLORS] = {0};
+        for (uint32_t l = 0; l < n_lights; l++, from += N_COLORS)
+            for (uint32_t c = 0; c < N_COLORS; c++)
+                sum[c] += powers ? powers[l * N_COLORS + c] * from[c] : from[c];
+        memcpy(values, sum, sizeof sum);
+    }
+}
+
 void field_render_part(const struct field *f, uint32_t worker, const struct field_run *run,
                        float *out)
 {
@@ -385,13 +400,7 @@ void field_render_part(const struct field *f, uint32_t worker, const struct fiel
         const uint64_t encoded = clock_ticks();
         field_forward(f, w, f->frame_bias, n_rows);
         field_outputs(f, w, 0, count, n, o, values);
-        for (uint32_t i = 0; run->lights && i < n; i++)
-            for (uint32_t k = 0; k < count; k++) values[i * count + k] *= run->lights[k];
-        for (uint32_t i = 0; n_lights > 1 && i < n; i++) { /* their sums come first */
-            float sum[N_COLORS] = {0};
-            for (uint32_t k = 0; k < count; k++) sum[k % N_COLORS] += values[i * count + k];
-            memcpy(values + i * N_COLORS, sum, sizeof sum);
-        }
+        if (n_lights > 1 || run->lights) sum_lights(values, n, n_lights, run->lights);
         for (uint32_t i = 0; i < n * N_COLORS; i++) to[i] = scale[i] * values[i];
         w->encode_ticks += encoded - start;
         w->layer_ticks += clock_ticks() - encoded;

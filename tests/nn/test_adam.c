@@ -103,6 +103,28 @@ static void test_sets(void **state)
     pool_free(pool);
 }
 
+/* A long average goes where one of every step goes, in larger steps. */
+static void test_long_average(void **state)
+{
+    enum { STEPS = 400 };
+    float g = 1.0f, w = 0.0f, average = 0.0f, plain = 0.0f;
+    struct pool *pool = pool_new(1);
+    struct adam a;
+    (void)state;
+    assert_int_equal(adam_init(&a, 1, 1e-2, NULL), LMN_OK);
+    a.average = &average;
+    a.share = 0.02f;
+    for (int step = 1; step <= STEPS; step++) {
+        const float before = average;
+        adam_step(&a, pool, &w, &g);
+        plain += a.share * (w - plain);
+        assert_true((average != before) == (step % 4 == 0));
+    }
+    assert_true(fabsf(average - plain) < 0.02f * fabsf(w)); /* 1.5 steps ahead, of 400 */
+    adam_release(&a);
+    pool_free(pool);
+}
+
 static void test_no_memory(void **state)
 {
     struct error err = {{0}};
@@ -119,9 +141,8 @@ static void test_no_memory(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_by_hand),
-        cmocka_unit_test(test_lengths),
-        cmocka_unit_test(test_sets),
+        cmocka_unit_test(test_by_hand),   cmocka_unit_test(test_lengths),
+        cmocka_unit_test(test_sets),      cmocka_unit_test(test_long_average),
         cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -14,7 +14,7 @@ Configurations are those of `lumenaut eval` with --seed: uniform draws. Errors a
 in the --crop middle pixels of each side (whole pictures are made and denoised), against the mean of two
 traced halves of --reference-spp (1024) samples in all; `noise` is half the error of one half against
 the other. References are kept in build/peers/denoiser. No training may run beside it. The program is
-build/release/lumenaut, or what LUMENAUT names.
+build/release/lumenaut, or what LUMENAUT names (with LD_LIBRARY_PATH for its library).
 """
 import argparse
 import hashlib

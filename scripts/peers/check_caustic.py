@@ -6,11 +6,12 @@ Whether a network puts sphere-caustic's caustic in place, in shape and energy, a
 configurations, uniform but for sphere_mat.alpha in --alpha (0.01,0.1), each rendered by the model and
 by `trace --integrator path+photons` with --spp samples. The caustic's region follows from references
 alone: pixels that show nothing but diffuse surfaces, where the picture has D more luminance than the
-same picture with a black sphere, D at least a quarter of its 20th largest. Energy is the sum of
-luminance there. Of each configuration:
+same picture with a black sphere, D at least a quarter of its 20th largest, without the pieces that are
+smaller than a quarter of the largest (stray pixels are noise). Energy is the sum of luminance there. Of each configuration:
 
     energy   the network's by the reference's
     caustic  the same with the black sphere's picture taken away from both: what the sphere brings
+    around   that in the box around the region and --margin: near 1 where a caustic is only smeared
     noise    half the difference of the reference's two halves, by their mean
     shift    pixels between the centroids of what the sphere brings, in the region and --margin around
 
@@ -32,6 +33,7 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 from PIL import Image, ImageDraw
+from scipy import ndimage
 
 import bench_denoiser
 import cases
@@ -122,7 +124,10 @@ def region_of(reference, black):
     is_diffuse = (reference["roughness.Y"] > 0.999) & (reference["emission.R"] <= 0)
     brings = np.where(is_diffuse, luminance(reference) - luminance(black), 0)
     level = np.sort(brings, axis=None)[-RANK]
-    return is_diffuse & (brings >= PART * level) & (brings > 0), is_diffuse
+    pieces, n = ndimage.label(is_diffuse & (brings >= PART * level) & (brings > 0), np.ones((3, 3)))
+    sizes = np.bincount(pieces.ravel(), minlength=n + 1)
+    sizes[0] = 0
+    return (sizes >= max(1, PART * sizes.max()))[pieces], is_diffuse
 
 
 def box_of(mask, margin=0):
@@ -155,11 +160,13 @@ def judged(reference, black, network, margin):
     whole, without, shown = luminance(reference), luminance(black), network.astype(np.float64) @ LUMINANCE
     a, b = (luminance(reference, half)[region].sum() for half in ("a.", "b."))
     near = within(is_diffuse, box_of(region, margin))
+    around = (shown - without)[near].sum() / (whole - without)[near].sum()
     shift = centroid((shown - without) * near) - centroid((whole - without) * near)
     return {"pixels": int(region.sum()), "reference": float(whole[region].sum()),
             "energy": float(shown[region].sum() / whole[region].sum()),
             "caustic": float((shown - without)[region].sum() / (whole - without)[region].sum()),
-            "noise": float(abs(a - b) / (a + b)), "shift": float(np.hypot(*shift))}, region
+            "around": float(around), "noise": float(abs(a - b) / (a + b)),
+            "shift": float(np.hypot(*shift))}, region
 
 
 def summary(results):
@@ -172,7 +179,8 @@ def summary(results):
             found["share_within_10_percent"] = sum(o <= TOLERANCE for o in off) / len(off)
         return found
     total = sum(r["energy"] * r["reference"] for r in results) / sum(r["reference"] for r in results)
-    return {"n": len(results), "energy": of("energy"), "caustic": of("caustic"), "shift": of("shift", 0.0),
+    return {"n": len(results), "energy": of("energy"), "caustic": of("caustic"),
+            "around": of("around"), "shift": of("shift", 0.0),
             "energy_of_all": total, "noise_worst": max(r["noise"] for r in results)}
 
 
@@ -261,7 +269,7 @@ def main():
         folder = pathlib.Path(name)
         pictures = Pictures(args, folder)
         configurations = drawn(args.scene, args.n, args.alpha, args.seed)
-        print(f"{'':>3}{'alpha':>8}{'pixels':>8}{'energy':>9}{'caustic':>9}{'noise':>8}{'shift':>8}")
+        print(f"{'':>3}{'alpha':>8}{'pixels':>8}{'energy':>9}{'caustic':>9}{'around':>8}{'noise':>8}{'shift':>8}")
         for i, values in enumerate(configurations):
             reference = pictures.reference(values)
             network = pictures.network(values)
@@ -269,10 +277,12 @@ def main():
             results.append({"values": values, **result})
             regions.append((region, bench_denoiser.stack(reference, "", "RGB"), network))
             print(f"{i:>3}{values[ALPHA]:>8.3f}{result['pixels']:>8}{result['energy']:>9.3f}"
-                  f"{result['caustic']:>9.3f}{result['noise']:>8.4f}{result['shift']:>8.2f}", flush=True)
+                  f"{result['caustic']:>9.3f}{result['around']:>8.3f}{result['noise']:>8.4f}"
+                  f"{result['shift']:>8.2f}", flush=True)
         found = summary(results)
-        e, c, s = found["energy"], found["caustic"], found["shift"]
-        for title, x in (("energy", e), ("caustic", c)):
+        e, s = found["energy"], found["shift"]
+        for title in ("energy", "caustic", "around"):
+            x = found[title]
             print(f"{title}: median {x['median']:.3f}, median error {x['median_off']:.1%}, worst "
                   f"{x['worst']:.3f}, within 10 %: {x['share_within_10_percent']:.0%}")
         print(f"energy of all together {found['energy_of_all']:.3f}; shift: median {s['median']:.2f}, worst "

@@ -13,7 +13,7 @@ of each model, with
     beam   what the network adds to the room without the sun by what the sun adds, as luminance over
            the pixels that it makes twice as bright: 1 is right, 0 is no beam
 
-References are kept in build/peers/pocket.
+What was found and references are kept in build/peers/pocket.
 """
 import argparse
 import hashlib
@@ -44,25 +44,29 @@ def traced(values, size, spp, folder):
     """Channels of `trace --light-groups`."""
     sets = [w for name, v in values.items() for w in ("-P", f"{name}={v!r}")]
     out = folder / "picture.exr"
-    report = bench_denoiser.run("trace", SCENE, "-o", out, "--json", "-q", "-t", 1, "--size", size, "--spp", spp,
-                                "--seed", SEED, "--integrator", "path", "--light-groups", *sets)
-    return bench_denoiser.channels(out), report["paths_per_s"]
+    bench_denoiser.run("trace", SCENE, "-o", out, "--json", "-q", "-t", 1, "--size", size, "--spp", spp,
+                       "--seed", SEED, "--integrator", "path", "--light-groups", *sets)
+    return bench_denoiser.channels(out)
 
 
 def sun_share(values, folder):
     """What the sun adds to the mean luminance of the room without it."""
-    channels, _ = traced(values, "48x36", 16, folder)
+    channels = traced(values, "48x36", 16, folder)
     sun, lamp = (check_caustic.luminance(channels, f"{name}.").mean() for name in ("sun_light", "lamp_light"))
     return float(sun / lamp)
 
 
+def kept_at(suffix, *what):
+    """Where something about the scene as it is is kept."""
+    key = repr((SCENE.read_bytes(), SCENE.with_name("scene.variables.json").read_bytes(), *what))
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    return FOLDER / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}{suffix}"
+
+
 def reference(values, args, folder):
-    key = repr((SCENE.read_bytes(), SCENE.with_name("scene.variables.json").read_bytes(),
-                sorted(values.items()), args.size, args.spp))
-    path = FOLDER / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.npz"
+    path = kept_at(".npz", sorted(values.items()), args.size, args.spp)
     if not path.exists():
-        channels, _ = traced(values, args.size, args.spp, folder)
-        FOLDER.mkdir(parents=True, exist_ok=True)
+        channels = traced(values, args.size, args.spp, folder)
         np.savez_compressed(path, **{name: bench_denoiser.stack(channels, f"{name}.", "RGB")
                                      for name in ("sun_light", "lamp_light")})
     kept = np.load(path)
@@ -74,7 +78,10 @@ def closed(values):
 
 
 def find(args, folder):
-    """(report, configurations in the pocket, at least --n)"""
+    """(report, [(draw, configuration, share)] of all draws in the pocket)"""
+    kept = kept_at(".json", args.draws, args.seed, SHUT, EVENT, STRONG)
+    if kept.exists():
+        return json.loads(kept.read_text(encoding="utf-8"))
     variables = bench_denoiser.run("params", SCENE, "--json", "-q")["variables"]
     ranges = {v["name"]: (v["min"], v["max"]) for v in variables}
     r = random.Random(args.seed)
@@ -94,9 +101,11 @@ def find(args, folder):
     def part(mask):
         n = int(np.count_nonzero(mask))
         return {"draws": n, "volume": n / args.draws, "error": n**0.5 / args.draws}
-    return {"variables": len(variables), "draws": args.draws, "traced": len(shares), "shut_traced": tried,
+    found = {"variables": len(variables), "draws": args.draws, "traced": len(shares), "shut_traced": tried,
             "shut_with_light": leaks, "any": part(share > 0), "pocket": part(share >= EVENT),
-            "strong": part(share >= STRONG), "largest_share": full}, pocket
+            "strong": part(share >= STRONG), "largest_share": full}
+    kept.write_text(json.dumps([found, pocket]), encoding="utf-8")
+    return found, pocket
 
 
 def errors(image, whole, folder):

@@ -36,7 +36,7 @@ import pyoidn
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "build/peers/denoiser"
-LUMENAUT = os.environ.get("LUMENAUT", ROOT / "build/release/lumenaut")
+LUMENAUT = pathlib.Path(os.environ.get("LUMENAUT", ROOT / "build/release/lumenaut"))
 QUALITIES = ("high", "fast")
 METRICS = ("mape", "relmse", "flip", "flip_hdr")
 SEED, REFERENCE_SEEDS = 7, (40001, 40002)

@@ -20,7 +20,8 @@ struct learner_options {
     uint32_t n_fresh;      /* configurations traced per step */
     uint32_t n_pixels;     /* of each */
     uint32_t spp;          /* of each pixel; rounded up to a multiple of 4 */
-    uint32_t n_looks;      /* exploration: pixels of each that are looked at to choose them */
+    uint32_t n_looks;      /* exploration: pixels of each that are looked at to choose them; 0: none.
+                              By default off, as children: neither has paid (docs/algorithm.md) */
     double children;       /* exploration: share of configurations near bad ones */
     uint32_t n_batch;      /* configurations per step to train on: n_fresh or more */
     uint32_t memory_mib;   /* bound of the memory of pixels */

@@ -36,7 +36,7 @@ static lmn_status make_with(const struct learner_options *o, struct learner **ou
     return learner_new(&tiny.place, o, &trace, out, err);
 }
 
-static struct learner *make(void)
+static struct learner *make_with_looks(uint32_t n_looks, double children)
 {
     struct learner *l;
     struct error err = {{0}};
@@ -47,8 +47,20 @@ static struct learner *make(void)
     o.n_pixels = 32;
     o.n_batch = 64;
     o.memory_mib = 16;
+    o.n_looks = n_looks;
+    o.children = children;
     if (make_with(&o, &l, &err) != LMN_OK) fail_msg("%s", err.text);
     return l;
+}
+
+static struct learner *make(void)
+{
+    return make_with_looks(0, 0);
+}
+
+static struct learner *make_exploring(void)
+{
+    return make_with_looks(128, 0.25);
 }
 
 static void run(struct learner *l, int n)
@@ -124,17 +136,31 @@ static void learning_helps(void **state)
 
 static void threads_do_not_matter(void **state)
 {
-    static float pictures[2][N];
+    static float pictures[4][N];
     (void)state;
-    for (uint32_t k = 0; k < 2; k++) {
-        tiny_set_threads(&tiny, 1 + 2 * k);
-        struct learner *l = make();
+    for (uint32_t k = 0; k < 4; k++) {
+        tiny_set_threads(&tiny, 1 + 2 * (k & 1));
+        struct learner *l = k < 2 ? make() : make_exploring();
         run(l, 5);
         paint(l, 0, pictures[k]);
         learner_free(l);
     }
     tiny_set_threads(&tiny, 2);
     assert_memory_equal(pictures[0], pictures[1], sizeof pictures[0]);
+    assert_memory_equal(pictures[2], pictures[3], sizeof pictures[0]);
+    assert_memory_not_equal(pictures[0], pictures[2], sizeof pictures[0]);
+}
+
+/* Pixels chosen by what is expected of them, with weights: the same is learnt. */
+static void exploration_learns_the_same(void **state)
+{
+    (void)state;
+    struct learner *l = make_exploring();
+    double before = error_of(l);
+    run(l, 400);
+    double after = error_of(l);
+    if (!(after < 0.12 && after < 0.2 * before)) fail_msg("error %.3f, was %.3f", after, before);
+    learner_free(l);
 }
 
 /* The ring of configurations comes round. */
@@ -193,6 +219,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(learning_helps),
         cmocka_unit_test(threads_do_not_matter),
+        cmocka_unit_test(exploration_learns_the_same),
         cmocka_unit_test(memory_is_bounded),
         cmocka_unit_test(failed_steps_change_nothing),
     };

@@ -20,16 +20,16 @@ struct learner_options {
     uint32_t n_fresh;      /* configurations traced per step */
     uint32_t n_pixels;     /* of each */
     uint32_t spp;          /* of each pixel; rounded up to a multiple of 4 */
-    uint32_t n_looks;      /* exploration: pixels of each that are looked at to choose them; 0: none.
-                              By default off, as children: neither has paid (docs/algorithm.md) */
-    double children;       /* exploration: share of configurations near bad ones */
-    uint32_t n_batch;      /* configurations per step to train on: n_fresh or more */
-    uint32_t memory_mib;   /* bound of the memory of pixels */
-    uint32_t resolution;   /* of the pictures that pixels are drawn from, longer side */
-    bool explores;         /* false: new configurations are uniform draws */
-    double learning_rate;  /* of layers; tables learn TABLE_RATE times as fast */
-    double warm_steps;     /* the rate falls as 1 / sqrt(1 + step / warm_steps) */
-    double average;        /* weights shown are an exponential average with this memory */
+    uint32_t n_looks; /* exploration: pixels of each that are looked at to choose them; 0: none */
+    double children; /* exploration: share of configurations near bad ones. By default both are off:
+                        neither has paid (docs/algorithm.md) */
+    uint32_t n_batch;     /* configurations per step to train on: n_fresh or more */
+    uint32_t memory_mib;  /* bound of the memory of pixels */
+    uint32_t resolution;  /* of the pictures that pixels are drawn from, longer side */
+    bool explores;        /* false: new configurations are uniform draws */
+    double learning_rate; /* of layers; tables learn TABLE_RATE times as fast */
+    double warm_steps;    /* the rate falls as 1 / sqrt(1 + step / warm_steps) */
+    double average;       /* weights shown are an exponential average with this memory */
 };
 
 /* The grids of all models. */

@@ -436,6 +436,51 @@ void buffers_add_stream(const struct view *v, const struct trace_settings *t,
     }
 }
 
+/* Ends are for a compact network to know: what is smoother shows too much, and what scatters direct
+ * light alone is soon traced. */
+#define LEAST_END_ROUGHNESS 0.6f
+enum { LEAST_END_DEPTH = 3 };
+
+bool buffers_cut_paths(const struct view *v, const struct trace_settings *t, struct stream *s,
+                       int32_t depth)
+{
+    struct first_hits f;
+    struct trace_settings settings = *t;
+    struct path_ends *to = s->ends;
+    uint32_t lanes[STREAM_SIZE] = {0}, n = 0, n_cut = 0;
+    if (t->max_depth >= 0 && t->max_depth - depth < LEAST_END_DEPTH) return true;
+    settings.follows_delta = false;
+    f.n = s->n;
+    stream_find_hits(s, v);
+    memcpy(&f.o, &s->o, sizeof f.o);
+    memcpy(&f.d, &s->d, sizeof f.d);
+    memcpy(f.t_max, s->t_max, sizeof f.t_max);
+    memcpy(f.hit, s->hit, sizeof f.hit);
+    for (uint32_t i = 0; i < f.n; i++) {
+        f.offset[i] = 0.0f;
+        f.chain[i].n = 1;
+        f.is_hit[i] = false;
+        lanes[n] = i;
+        n += s->is_alive[i];
+    }
+    describe(&f, v, &settings, lanes, n);
+    for (uint32_t k = 0; k < n; k++) {
+        const uint32_t i = lanes[k], path = s->path[i];
+        if (f.values[BUFFER_ROUGHNESS][i] < LEAST_END_ROUGHNESS || to->n == to->capacity) continue;
+        struct path_end *end = &to->ends[to->n];
+        end->pixel = (uint32_t)(s->place[path] / 3);
+        end->sample = s->sample[path] - s->first_sample;
+        end->max_depth = t->max_depth < 0 ? -1 : t->max_depth - depth;
+        end->throughput = lanes3_get(&s->throughput, i);
+        end->ray = lane_ray(&f, i);
+        add(&f, i, 0, to->buffers + (size_t)to->n * BUFFER_CHANNELS);
+        to->n++;
+        s->is_alive[i] = false;
+        n_cut++;
+    }
+    return n_cut < n;
+}
+
 void buffers_add_plain(const struct view *v, const struct trace_settings *t, const struct ray *ray,
                        float offset, const struct hit *hit, const struct sampler *sampler,
                        uint32_t sample, uint32_t pixel, const struct buffers_tile *tile)

@@ -3,6 +3,7 @@
 
 #include "base/clock.h"
 #include "base/cpu.h"
+#include "render/buffers.h"
 #include "render/chain.h"
 #include "render/light_around.h"
 #include "render/light_table.h"
@@ -315,6 +316,7 @@ void stream_trace(struct stream *s, const struct view *v, const struct trace_set
 {
     if (t->max_depth == 0) return;
     for (int32_t depth = 0; stream_arrive(s, v, t, depth); depth++) {
+        if (s->ends && depth > 0 && !buffers_cut_paths(v, t, s, depth)) return;
         v->world->kernels->draw(s, t->sampler, path_dimension(depth),
                                 wanted_numbers(s, v, t, depth));
         v->world->kernels->facets_gather(s);

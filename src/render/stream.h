@@ -176,6 +176,9 @@ struct stream {
     uint32_t chain_group;     /* added for what is seen along delta chains; 0: nothing to split */
     uint32_t is_chain[STREAM_SIZE]; /* carried: the path is still on its chain */
     size_t group_stride, place[STREAM_SIZE];
+
+    struct path_ends *ends; /* NULL: paths are not cut */
+    uint32_t first_sample;
 };
 
 /* What all primary rays share. */

@@ -126,6 +126,13 @@ static void flush(const struct job *j, struct tile *tile, struct stream *s,
     uint32_t n = s->n; /* tracing leaves fewer lanes */
     struct film_weights weights;
     stream_start(s, j->view, &j->film);
+    for (uint32_t i = 0; j->rays && i < n; i++) {
+        const struct ray *ray = &j->rays[tile->first + origins->pixel[i]];
+        lanes3_set(&s->o, i, ray->o);
+        lanes3_set(&s->d, i, ray->d);
+        s->t_max[i] = ray->t_max;
+        s->offset[i] = 0.0f;
+    }
     if (tile->splats) {
         float dx[STREAM_SIZE], dy[STREAM_SIZE];
         for (uint32_t i = 0; i < n; i++) dx[i] = s->u[0][i] - s->center_x[i];
@@ -138,7 +145,7 @@ static void flush(const struct job *j, struct tile *tile, struct stream *s,
         buffers_add_stream(j->view, &j->settings, &j->film, s, &buffers, origins->sample,
                            origins->pixel);
     }
-    for (uint32_t i = 0; j->out.groups && i < n; i++)
+    for (uint32_t i = 0; (j->out.groups || j->out.ends) && i < n; i++)
         s->place[i] = 3 * place_of(j, tile, origins->pixel[i]);
     stream_trace(s, j->view, &j->settings);
     for (uint32_t i = 0; i < n; i++)
@@ -181,6 +188,8 @@ void tile_trace_streams(const struct job *j, struct tile *tile)
     stream.group_of = j->out.group_of;
     stream.chain_group = j->out.groups ? j->out.chain_group : 0;
     stream.group_stride = group_stride(j);
+    stream.ends = j->out.ends;
+    stream.first_sample = j->settings.first_sample;
     for (uint32_t pixel = 0; pixel < tile->width * tile->height; pixel++) {
         const struct pixel_at at = tile_pixel(tile, pixel);
         for (uint32_t i = 0; i < j->settings.spp; i++) {

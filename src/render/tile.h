@@ -22,6 +22,7 @@ struct job {
     struct trace_output out;
     struct stream_film film;
     bool needs_light;
+    const struct ray *rays; /* NULL; else those that samples start with, by place in the results */
 };
 
 /* What is asked for, in one job or in two: buffers are never splatted, and of few samples they have

@@ -21,3 +21,20 @@ void view_trace_pixels(const struct view *v, const struct trace_settings *t, uin
     for (int k = 0, n_jobs = jobs_init(jobs, v, &settings, &list, out); k < n_jobs; k++)
         trace_list(&jobs[k], pixels, n);
 }
+
+void view_trace_rays(const struct view *v, const struct trace_settings *t, const struct ray *rays,
+                     uint32_t n, struct trace_output *out)
+{
+    const struct window list = {n, 1, 0, 0, n, 1};
+    struct trace_settings settings = *t;
+    struct job jobs[2];
+    settings.splats = false;
+    settings.shares_rays = true; /* so that there is one job */
+    jobs_init(jobs, v, &settings, &list, out);
+    jobs[0].rays = rays;
+    for (uint32_t first = 0; first < n; first += TILE_PIXELS) {
+        struct tile tile = {.x = first, .first = first, .height = 1};
+        tile.width = n - first < TILE_PIXELS ? n - first : TILE_PIXELS;
+        tile_finish(&jobs[0], &tile, tile_trace_streams);
+    }
+}

@@ -2,7 +2,7 @@
 #ifndef RENDER_VIEW_H
 #define RENDER_VIEW_H
 
-#include "scene/scene.h"
+#include "render/embree.h"
 
 struct photon_map;
 struct pool;
@@ -107,6 +107,21 @@ struct trace_clock {
     _Atomic uint64_t rays, all; /* finding what rays meet; everything */
 };
 
+/* Where a light path is cut: at the first rough surface that its ray meets after the first hit. */
+struct path_end {
+    uint32_t pixel, sample; /* whose: of the list, and of the samples of the call */
+    int32_t max_depth;      /* what it had left, as of a path that starts with this ray; -1: any */
+    struct vec3 throughput; /* radiance that the surface scatters along the ray counts by this */
+    struct ray ray;         /* the one that met it */
+};
+
+/* Memory for them, of the caller. */
+struct path_ends {
+    uint32_t n, capacity; /* n: counts on; capacity: samples of all pixels at least */
+    struct path_end *ends;
+    float *buffers; /* [capacity][BUFFER_CHANNELS], as if the ray came from a camera */
+};
+
 /* Where results go; row-major over the window. Any pointer may be NULL: that part is not computed
  * (with color, half_a and half_b all NULL no light path is traced: buffers only). */
 struct trace_output {
@@ -123,6 +138,9 @@ struct trace_output {
     /* What is seen along delta chains alone (chain.h) goes to group_of[] + chain_group instead: 0
      * where it stays with the rest. */
     uint32_t chain_group;
+    /* Not NULL: paths are cut, what lies beyond their ends is left out of all light, and the ends
+     * are appended here, in an order of no meaning. Without photons, on one thread. */
+    struct path_ends *ends;
     struct trace_clock *clock; /* NULL, or what to add to */
 };
 
@@ -136,6 +154,10 @@ void view_trace(const struct view *v, const struct trace_settings *t, const stru
 void view_trace_pixels(const struct view *v, const struct trace_settings *t, uint32_t full_width,
                        uint32_t full_height, const struct pixel_at *pixels, uint32_t n,
                        struct trace_output *out);
+
+/* The same for rays in place of pixels: all samples of a pixel start with its ray. */
+void view_trace_rays(const struct view *v, const struct trace_settings *t, const struct ray *rays,
+                     uint32_t n, struct trace_output *out);
 
 /* The plain reference: the same picture, one path after another by path_radiance(), without packets
  * or streams. Slower; tests compare view_trace() with it. */

@@ -288,10 +288,22 @@ enum {
     LMN_INTEGRATOR_AUTO = 2     /* photons if some configuration wants them, for all then */
 };
 
+/* Ablations: parts of the improved method that can be left out. */
+enum {
+    LMN_WITHOUT_FRAMES = 1,   /* grids and features in the frames of what moves */
+    LMN_WITHOUT_LIGHTS = 2,   /* where lights are, and what is on the way to them */
+    LMN_WITHOUT_POWERS = 4,   /* variables of lights' powers are inputs like any other */
+    LMN_WITHOUT_ALBEDO = 8,   /* radiance is not divided by albedo */
+    LMN_WITHOUT_CUTS = 16,    /* light paths are traced to their ends */
+    LMN_WITHOUT_HALVES = 32,  /* errors are relative to the prediction alone */
+    LMN_WITHOUT_REPLAY = 64,  /* no pixel is learnt twice */
+    LMN_WITHOUT_AVERAGE = 128 /* the weights shown are the last */
+};
+
 /* Fill with lmn_train_options_init(), which gives the paper's values, or for the improved method
  * with lmn_train_options_init_method(), then change what you need. The improved method takes seed,
  * width, depth, learning_rate, explore, memory_mib, resolution_max (of the pictures that pixels are
- * drawn from), spp, max_depth, rr_depth and integrator. */
+ * drawn from), spp, max_depth, rr_depth, integrator and without. */
 typedef struct lmn_train_options {
     uint32_t struct_size;
     uint64_t seed;
@@ -328,6 +340,7 @@ typedef struct lmn_train_options {
     int32_t max_depth, rr_depth;
     uint32_t integrator; /* LMN_INTEGRATOR_*, of training patches and the references of tests */
     uint32_t method;     /* LMN_METHOD_* */
+    uint32_t without;    /* sum of LMN_WITHOUT_*; improved only */
 } lmn_train_options;
 
 LMN_API void lmn_train_options_init(lmn_train_options *options);
@@ -398,7 +411,8 @@ typedef struct lmn_render_options {
     uint32_t struct_size;
     uint32_t width, height;
     uint32_t crop_x, crop_y, crop_width, crop_height;
-    uint32_t buffer_spp; /* samples of the buffers that the network sees; 0: 16 */
+    uint32_t buffer_spp; /* samples per pixel, which smooth edges; 0: 16. The improved method's
+                            network is asked for each, the paper's sees their mean buffers */
     uint32_t buffers;    /* 1: append them to the image */
     uint64_t seed;
 } lmn_render_options;

@@ -210,7 +210,7 @@ static lmn_status bench_improved(struct bench *b, const char *path, struct json 
     double medians[N_PARTS], more[N_COUNTS][N_PARTS], flop;
     const struct window *w = &b->render.window;
     lmn_context *context = b->context;
-    TRY(sight_init(&sight, b->scene->scene, err));
+    TRY(sight_init(&sight, b->scene->scene, 0, err));
     sight.cpu = context->cpu;
     double peak = nn_bench_peak_gflops(context->cpu, context->pool);
     TRY(time_field(b, &sight, 0, &config, &flop, medians, err));

@@ -450,6 +450,33 @@ static void expect_run(void *ctx, uint32_t item, uint32_t worker)
     }
 }
 
+static void group_run(void *ctx, uint32_t item, uint32_t worker)
+{
+    const struct frame *frame = ctx;
+    const struct field *f = frame->f;
+    const struct field_run *run = &frame->run[item];
+    const struct worker *w = &f->workers[worker];
+    const uint32_t count = f->config.n_lights * N_COLORS;
+    float *out = frame->out, o[MAX_TILE_ROWS * MAX_OUTPUTS];
+    for (uint32_t i = 0; i < item; i++) out += (size_t)frame->run[i].n * count;
+    field_fold(f, run->v, w->bias);
+    for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
+        const uint32_t n = run->n - first < f->tile_rows ? run->n - first : f->tile_rows;
+        float *values = out + (size_t)first * count;
+        field_forward(f, w, w->bias, field_load(f, run, first, n, w->e));
+        field_outputs(f, w, 0, count, n, o, values);
+        for (uint32_t i = 0; i < n * count; i++)
+            values[i] *= run->scale[(size_t)(first + i / count) * N_COLORS + i % N_COLORS];
+    }
+}
+
+void field_render_groups(struct field *f, const struct field_run *runs, uint32_t n_runs,
+                         float *groups)
+{
+    struct frame frame = {.f = f, .run = runs, .out = groups};
+    pool_run(f->pool, n_runs, group_run, &frame);
+}
+
 void field_expect(struct field *f, const struct field_run *runs, uint32_t n_runs, float *expected)
 {
     struct frame frame = {.f = f, .run = runs, .out = expected};

@@ -56,6 +56,7 @@ struct field_config {
     uint32_t width;       /* W, 1 .. 512 */
     uint32_t depth;       /* 1 .. 16 */
     uint32_t max_pixels;  /* of a batch for training; 0: no training, and no memory for it */
+    bool ignores_halves;  /* training: D(x) = lum(f)^2 + 0.01 */
 };
 
 /* Pixels of one configuration. The arrays are the caller's. */
@@ -100,6 +101,11 @@ void field_render(struct field *f, const struct field_run *run, float *out);
 
 /* expected: s of the runs' pixels, one run after another, on the pool. */
 void field_expect(struct field *f, const struct field_run *runs, uint32_t n_runs, float *expected);
+
+/* groups: radiance [n][L][3] that each group of lights brings the runs' pixels at a power of 1, one
+ * run after another, on the pool. */
+void field_render_groups(struct field *f, const struct field_run *runs, uint32_t n_runs,
+                         float *groups);
 
 /*
  * The same in parts, from within a loop of the field's pool, so that a part's inputs need never

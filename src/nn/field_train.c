@@ -65,7 +65,8 @@ static void judge(const struct field *f, const struct worker *w, const struct fi
             value[k % N_COLORS] += part[k];
         }
         const float l = luminance(value), ly = luminance(y), l_half = luminance(half);
-        const float per_a = per(l, ly + l_half), per_b = per(l, ly - l_half);
+        const float per_a = f->config.ignores_halves ? per(l, l) : per(l, ly + l_half);
+        const float per_b = f->config.ignores_halves ? per(l, l) : per(l, ly - l_half);
         const float most = MOST_PULL * scale * weight;
         float pull[N_COLORS];
         for (uint32_t c = 0; c < N_COLORS; c++) {

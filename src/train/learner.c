@@ -11,13 +11,15 @@
 #include "scene/assign.h"
 #include "train/inputs.h"
 #include "train/scout.h"
+#include "train/tails.h"
 
 /* Keep the random numbers of one seed apart. */
 enum {
     STREAM_TRACE = 0x74726163,
     STREAM_BATCH = 0x62617463,
     STREAM_POWERS = 0x706f7765,
-    STREAM_WEIGHTS = 0x77656967
+    STREAM_WEIGHTS = 0x77656967,
+    STREAM_ROOTS = 0x726f6f74
 };
 
 #define TABLE_RATE 5.0
@@ -31,6 +33,7 @@ struct desk {
     float *u;              /* [variables of the scene] */
     float *color, *groups; /* [n_pixels][3], [2 n_lights][n_pixels][3] */
     float *buffers;        /* [2][n_pixels][BUFFER_CHANNELS] */
+    struct ray *rays;      /* [n_roots] */
 };
 
 /* A batch as the network takes it; owned. */
@@ -56,6 +59,7 @@ struct learner {
 
     struct memory memory;
     struct scout *scout;
+    struct tails *tails; /* NULL: paths are not cut */
     struct desk *desks;
     struct view **views; /* [n_desks], theirs */
     uint32_t n_desks;
@@ -76,6 +80,8 @@ void learner_options_init(struct learner_options *o, const lmn_train_options *fr
                                   .n_fresh = 16,
                                   .n_pixels = 64,
                                   .spp = from->spp > 0 ? from->spp : 16,
+                                  .n_roots = 16,
+                                  .cut_after = 200,
                                   .n_batch = 32,
                                   .memory_mib = from->memory_mib,
                                   .resolution = from->resolution_max,
@@ -84,7 +90,11 @@ void learner_options_init(struct learner_options *o, const lmn_train_options *fr
                                   .explores = from->explore == LMN_EXPLORE_ACTIVE,
                                   .learning_rate = from->learning_rate,
                                   .warm_steps = 1000,
-                                  .average = 200};
+                                  .average = 200,
+                                  .without = from->without};
+    if (from->without & LMN_WITHOUT_CUTS) o->n_roots = 0;
+    if (from->without & LMN_WITHOUT_REPLAY) o->n_batch = o->n_fresh;
+    if (from->without & LMN_WITHOUT_AVERAGE) o->average = 1;
 }
 
 /* ---- Creation ------------------------------------------------------------------------------- */
@@ -107,6 +117,7 @@ static lmn_status take_desk(struct learner *l, struct desk *d, struct error *err
     d->color = take(l, n, sizeof(float[3]), &is_short);
     d->groups = take(l, 2 * n * l->sight.powers.n, sizeof(float[3]), &is_short);
     d->buffers = take(l, 2 * n, sizeof(float[BUFFER_CHANNELS]), &is_short);
+    d->rays = take(l, l->options.n_roots + 1, sizeof *d->rays, &is_short);
     if (is_short) return fail_memory(err, "the learner");
     lmn_status status = scene_state_init(l->place.scene, &d->state, err);
     return status == LMN_OK ? view_new(l->place.world, &d->view, err) : status;
@@ -149,6 +160,11 @@ static lmn_status take_all(struct learner *l, struct error *err)
     TRY(memory_init(&l->memory, &shape, o->memory_mib, o->n_fresh, err));
     TRY(scout_new(&l->place, &l->sight, l->field, &scout, &l->scout, err));
     l->stats.memory_bytes += l->memory.size + scout_memory_size(l->scout);
+    if (o->n_roots > 0) {
+        TRY(tails_new(&l->sight, o->n_fresh, 2 * l->trace.spp * o->n_pixels, l->trace.max_depth,
+                      &l->tails, err));
+        l->stats.memory_bytes += tails_memory_size(l->tails);
+    }
     l->gradient = take(l, n_weights, sizeof(float), &is_short);
     l->average = take(l, n_weights, sizeof(float), &is_short);
     l->kept = take(l, n_weights, sizeof(float), &is_short);
@@ -179,7 +195,7 @@ lmn_status learner_new(const struct workplace *place, const struct learner_optio
     }
     l->place = *place;
     l->options = *options;
-    TRY(sight_init(&l->sight, place->scene, err));
+    TRY(sight_init(&l->sight, place->scene, options->without, err));
     l->sight.cpu = place->cpu;
     l->trace = *trace;
     l->trace.spp = (options->spp + 3) / 4 * 2; /* of each half; even, as first_sample */
@@ -188,6 +204,7 @@ lmn_status learner_new(const struct workplace *place, const struct learner_optio
     inputs_picture_size(place->scene, options->resolution, 1, &l->width, &l->height);
     l->config = sight_field(&l->sight);
     l->config.grid = learner_grid();
+    l->config.ignores_halves = (options->without & LMN_WITHOUT_HALVES) != 0;
     l->config.width = options->width;
     l->config.depth = options->depth;
     l->config.max_pixels = options->n_batch * options->n_pixels;
@@ -229,6 +246,7 @@ void learner_free(struct learner *l)
         mem_free(d->color);
         mem_free(d->groups);
         mem_free(d->buffers);
+        mem_free(d->rays);
     }
     const struct batch *b = &l->batch;
     void *const blocks[] = {l->desks,   l->views,  l->gradient, l->average,   l->kept,     b->slots,
@@ -237,6 +255,7 @@ void learner_free(struct learner *l)
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) mem_free(blocks[i]);
     memory_release(&l->memory);
     scout_free(l->scout);
+    tails_free(l->tails);
     adam_release(&l->tables);
     adam_release(&l->layers);
     field_free(l->field);
@@ -246,17 +265,44 @@ void learner_free(struct learner *l)
 
 /* ---- Tracing -------------------------------------------------------------------------------- */
 
-/* One half of the samples: its radiance by group of lights, less what surfaces emit themselves, to
- * out [n_pixels][n_lights][3]. */
-static void trace_half(const struct learner *l, struct desk *d, uint32_t item, uint32_t half,
-                       float *out)
+static bool cuts_paths(const struct learner *l, uint64_t step)
 {
-    const uint32_t n = l->options.n_pixels, n_lights = l->sight.powers.n;
+    return l->tails && step >= l->options.cut_after;
+}
+
+/* The depth that roots of a configuration are traced to: half of them that of the ends that camera
+ * paths have, half that of the roots' own. */
+static int32_t root_depth(const struct learner *l, uint64_t serial)
+{
+    const int32_t most = l->trace.max_depth;
+    struct rng r = rng_keyed(l->options.seed ^ STREAM_ROOTS, serial, 1);
+    if (most < 4) return most;
+    if (rng_float(&r) < 0.5f) return most - 1;
+    return 3 + (int32_t)rng_below(&r, (uint32_t)most - 3);
+}
+
+/* Of a configuration, whose first pixels the camera sees and whose last are roots. */
+struct errand {
+    uint32_t item, half;
+    bool is_cut;
+    const struct ray *rays; /* NULL: pixels */
+    uint32_t first, n;      /* of its pixels */
+};
+
+/* One half of the samples: its radiance by group of lights, less what surfaces emit themselves, to
+ * targets [n_pixels][n_lights][3]. */
+static void trace_half(struct learner *l, struct desk *d, const struct errand *e, float *targets)
+{
+    const uint32_t n_lights = l->sight.powers.n, n = e->n;
+    const uint64_t serial = l->memory.n_added + e->item;
     struct trace_settings t = l->trace;
-    float *buffers = d->buffers + (size_t)half * n * BUFFER_CHANNELS;
+    float *buffers = d->buffers +
+                     ((size_t)e->half * l->options.n_pixels + e->first) * BUFFER_CHANNELS;
+    float *out = targets + (size_t)e->first * n_lights * 3;
     struct trace_output output = {.color = d->color, .buffers = buffers};
-    t.seed = rng_keyed(l->options.seed ^ STREAM_TRACE, l->memory.n_added + item, 0).state;
-    t.first_sample = half * t.spp;
+    t.seed = rng_keyed(l->options.seed ^ STREAM_TRACE, serial, e->rays != NULL).state;
+    t.first_sample = e->half * t.spp;
+    if (e->rays) t.max_depth = root_depth(l, serial);
     if (n_lights > 1) {
         memset(d->groups, 0, 2 * (size_t)n * n_lights * sizeof(float[3]));
         output.groups = d->groups;
@@ -264,11 +310,28 @@ static void trace_half(const struct learner *l, struct desk *d, uint32_t item, u
         output.group_of = l->sight.powers.group_of;
         output.chain_group = n_lights;
     }
-    view_trace_pixels(d->view, &t, l->width, l->height, scout_pixels(l->scout, item), n, &output);
+    if (e->is_cut) output.ends = tails_ends(l->tails, e->item);
+    if (e->rays)
+        view_trace_rays(d->view, &t, e->rays, n, &output);
+    else
+        view_trace_pixels(d->view, &t, l->width, l->height, scout_pixels(l->scout, e->item), n,
+                          &output);
     if (n_lights == 1)
         sight_targets(d->color, buffers, n, out);
     else
         sight_split_targets(d->groups, buffers, n, n_lights, out);
+    if (e->is_cut) tails_look(l->tails, e->item, view_state(d->view), out, t.spp);
+}
+
+/* Rays that met ends, picked at random. */
+static uint32_t pick_roots(const struct learner *l, struct desk *d, uint32_t item)
+{
+    const struct path_ends *ends = tails_ends(l->tails, item);
+    struct rng r = rng_keyed(l->options.seed ^ STREAM_ROOTS, l->memory.n_added + item, 0);
+    if (ends->n == 0) return 0;
+    for (uint32_t i = 0; i < l->options.n_roots; i++)
+        d->rays[i] = ends->ends[rng_below(&r, ends->n)].ray;
+    return l->options.n_roots;
 }
 
 /* The i-th of the step, into the memory's next slots. */
@@ -278,25 +341,61 @@ static void trace_configuration(void *ctx, uint32_t item, uint32_t worker)
     struct desk *d = &l->desks[worker];
     struct memory *m = &l->memory;
     const uint32_t n = l->options.n_pixels;
+    const bool is_cut = cuts_paths(l, l->stats.step);
     const size_t slot = (m->n_added + item) % m->capacity,
                  n_colors = (size_t)n * m->shape.n_lights * 3;
-    float *a = m->targets + slot * n_colors, *b = m->halves + slot * n_colors;
+    float *halves[2] = {m->targets + slot * n_colors, m->halves + slot * n_colors};
+    float *weights = m->weights + slot * n;
     const float *u = scout_u(l->scout, item);
+    struct errand e = {.item = item, .is_cut = is_cut, .n = n};
     view_set(d->view, u);
-    trace_half(l, d, item, 0, a);
-    trace_half(l, d, item, 1, b);
-    for (size_t i = 0; i < n_colors; i++) {
-        const float mean = 0.5f * (a[i] + b[i]), half = 0.5f * (a[i] - b[i]);
-        a[i] = mean;
-        b[i] = half;
+    if (is_cut) {
+        tails_clear(l->tails, item);
+        e.n = n - l->options.n_roots;
+    }
+    for (e.half = 0; e.half < 2; e.half++) trace_half(l, d, &e, halves[e.half]);
+    memcpy(weights, scout_weights(l->scout, item), n * sizeof(float));
+    if (is_cut) {
+        e.first = e.n;
+        e.n = pick_roots(l, d, item);
+        e.rays = d->rays;
+        for (e.half = 0; e.n > 0 && e.half < 2; e.half++) trace_half(l, d, &e, halves[e.half]);
+        for (uint32_t i = e.first; i < n; i++) weights[i] = e.n > 0 ? 1.0f : 0.0f;
+        for (e.half = 0; e.n == 0 && e.half < 2; e.half++) { /* nothing is there */
+            memset(halves[e.half] + (size_t)e.first * l->sight.powers.n * 3, 0,
+                   (size_t)l->options.n_roots * l->sight.powers.n * sizeof(float[3]));
+            memset(d->buffers + ((size_t)e.half * n + e.first) * BUFFER_CHANNELS, 0,
+                   (size_t)l->options.n_roots * sizeof(float[BUFFER_CHANNELS]));
+        }
     }
     const size_t n_numbers = (size_t)n * BUFFER_CHANNELS;
     for (size_t i = 0; i < n_numbers; i++)
         d->buffers[i] = 0.5f * (d->buffers[i] + d->buffers[n_numbers + i]);
     sight_keep(d->buffers, n, m->kept + slot * n * SIGHT_KEPT);
-    memcpy(m->weights + slot * n, scout_weights(l->scout, item), n * sizeof(float));
     memcpy(m->u + slot * m->shape.n_variables, u, m->shape.n_variables * sizeof(float));
     m->errors[slot] = 0.0f;
+}
+
+/* From two halves of the samples to their mean and half their difference. */
+static void split_configuration(void *ctx, uint32_t item, uint32_t worker)
+{
+    struct learner *l = ctx;
+    struct memory *m = &l->memory;
+    const size_t slot = (m->n_added + item) % m->capacity;
+    const size_t n_colors = (size_t)m->shape.n_pixels * m->shape.n_lights * 3;
+    float *a = m->targets + slot * n_colors, *b = m->halves + slot * n_colors;
+    (void)worker;
+    for (size_t i = 0; i < n_colors; i++) {
+        const float mean = 0.5f * (a[i] + b[i]), half = 0.5f * (a[i] - b[i]);
+        a[i] = mean;
+        b[i] = half;
+    }
+}
+
+static const float *fresh_u(const void *user, uint32_t item)
+{
+    const struct learner *l = user;
+    return scout_u(l->scout, item);
 }
 
 /* ---- Learning ------------------------------------------------------------------------------- */
@@ -335,6 +434,13 @@ static void weigh_lights(const struct memory *m, uint32_t slot, const float *lig
     }
 }
 
+/* The number of the configuration that a slot holds. */
+static uint64_t serial_of(const struct memory *m, uint32_t slot)
+{
+    const uint64_t last = m->n_added - 1, at = last % m->capacity;
+    return last - (at >= slot ? at - slot : at + m->capacity - slot);
+}
+
 /* What the memory holds of a configuration, as the network takes it: under other powers of its
  * lights each time. */
 static void prepare_run(void *ctx, uint32_t item, uint32_t worker)
@@ -356,6 +462,12 @@ static void prepare_run(void *ctx, uint32_t item, uint32_t worker)
     sight_look(&l->sight, &d->state, d->buffers, n, b->positions + first * l->sight.n_positions * 3,
                b->features + first * l->sight.n_features, b->scale + 3 * first);
     sight_variables(&l->sight, d->u, v);
+    const uint64_t serial = serial_of(m, slot);
+    if (cuts_paths(l, serial / l->options.n_fresh)) {
+        const float bounces = tails_bounces(root_depth(l, serial), l->trace.max_depth);
+        for (uint32_t i = n - l->options.n_roots; i < n; i++)
+            b->features[(first + i + 1) * l->sight.n_features - 1] = bounces;
+    }
     weigh_lights(m, slot, lights, b->targets + 3 * first, b->halves + 3 * first);
     b->runs[item] = (struct field_run){.n = n,
                                        .positions = b->positions + first * l->sight.n_positions * 3,
@@ -387,6 +499,8 @@ lmn_status learner_step(struct learner *l, struct learner_stats *stats, struct e
     const double start = clock_cpu_s();
     scout_go(l->scout, l->views, &l->memory, l->memory.n_added);
     pool_run(l->place.pool, l->options.n_fresh, trace_configuration, l);
+    if (cuts_paths(l, l->stats.step)) tails_add(l->tails, l->field, fresh_u, l);
+    pool_run(l->place.pool, l->options.n_fresh, split_configuration, l);
     l->memory.n_added += l->options.n_fresh;
     const double traced = clock_cpu_s();
     struct batch *b = &l->batch;

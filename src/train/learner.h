@@ -13,6 +13,7 @@
  * configurations, keeps their pixels in a memory, and trains on configurations drawn from it.
  *
  * Targets are what surfaces scatter: radiance without what they emit, which buffers know exactly.
+ * Where light paths meet a rough surface, the network says what it scatters: tails.h.
  */
 struct learner_options {
     uint64_t seed;
@@ -23,13 +24,17 @@ struct learner_options {
     uint32_t n_looks; /* exploration: pixels of each that are looked at to choose them; 0: none */
     double children; /* exploration: share of configurations near bad ones. By default both are off:
                         neither has paid (docs/algorithm.md) */
+    uint32_t n_roots;     /* of these: roots of tails.h; 0: paths are not cut */
+    uint64_t cut_after;   /* steps: a network that knows nothing would be believed */
     uint32_t n_batch;     /* configurations per step to train on: n_fresh or more */
     uint32_t memory_mib;  /* bound of the memory of pixels */
-    uint32_t resolution;  /* of the pictures that pixels are drawn from, longer side */
+    uint32_t resolution;  /* of the pictures that pixels are drawn from, longer side: so large that
+                             they are points, as half a pixel of another surface teaches nothing */
     bool explores;        /* false: new configurations are uniform draws */
     double learning_rate; /* of layers; tables learn TABLE_RATE times as fast */
     double warm_steps;    /* the rate falls as 1 / sqrt(1 + step / warm_steps) */
     double average;       /* weights shown are an exponential average with this memory */
+    uint32_t without;     /* of LMN_WITHOUT_* */
 };
 
 /* The grids of all models. */

@@ -32,7 +32,7 @@ done:
 static lmn_status load_field(struct model *m, const struct model_file *file, struct error *err)
 {
     lmn_status status = LMN_OK;
-    TRY(sight_init(&m->sight, m->place.scene, err));
+    TRY(sight_init(&m->sight, m->place.scene, m->options.without, err));
     m->sight.cpu = m->place.cpu;
     const struct field_config want = sight_field(&m->sight);
     TRY(model_file_check_field(file, &want, err));

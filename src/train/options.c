@@ -53,6 +53,7 @@ static const struct field fields[] = {
     FIELD(I32, rr_depth, 0, 0, 1e9),
     FIELD(U32, integrator, LMN_INTEGRATOR_PATH, 0, 2),
     FIELD(U32, method, LMN_METHOD_FAITHFUL, 0, 1),
+    FIELD(U32, without, 0, 0, 255),
 };
 enum { N_FIELDS = sizeof fields / sizeof fields[0] };
 
@@ -60,7 +61,8 @@ enum { N_FIELDS = sizeof fields / sizeof fields[0] };
 static bool may_be_missing(const struct field *f)
 {
     return f->offset == offsetof(lmn_train_options, integrator) ||
-           f->offset == offsetof(lmn_train_options, method);
+           f->offset == offsetof(lmn_train_options, method) ||
+           f->offset == offsetof(lmn_train_options, without);
 }
 
 static double get(const lmn_train_options *o, const struct field *f)
@@ -126,7 +128,8 @@ void options_init_method(lmn_train_options *o, uint32_t method)
     o->width = 64;
     o->depth = 4;
     o->learning_rate = 5e-3;
-    o->spp = 16;
+    o->spp = 8;
+    o->resolution_max = 16384; /* pixels that are points */
     o->memory_mib = 256;
 }
 

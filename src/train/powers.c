@@ -160,7 +160,7 @@ done:
     return status;
 }
 
-lmn_status powers_init(struct powers *p, const struct scene *s, struct error *err)
+lmn_status powers_init(struct powers *p, const struct scene *s, bool is_off, struct error *err)
 {
     lmn_status status = LMN_OK;
     const size_t n = (size_t)s->n_variables + 1;
@@ -173,7 +173,8 @@ lmn_status powers_init(struct powers *p, const struct scene *s, struct error *er
         goto done;
     }
     float at;
-    for (uint32_t v = 0; v < s->n_variables; v++) is_free[v] = drives_powers_alone(s, v, &at);
+    for (uint32_t v = 0; v < s->n_variables; v++)
+        is_free[v] = !is_off && drives_powers_alone(s, v, &at);
     /* A variable that one light takes away takes others from their groups: again, with fewer. */
     while (!is_settled) {
         uint32_t before = 0, after = 0;

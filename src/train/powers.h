@@ -22,7 +22,8 @@ struct powers {
     float *at; /* [n_variables], u of the reference: the end of the range that is brighter */
 };
 
-lmn_status powers_init(struct powers *p, const struct scene *scene, struct error *err);
+/* is_off: no variable leaves, and all lights are one group. */
+lmn_status powers_init(struct powers *p, const struct scene *scene, bool is_off, struct error *err);
 void powers_release(struct powers *p);
 
 bool powers_has(const struct powers *p, uint32_t variable);

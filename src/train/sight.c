@@ -56,17 +56,20 @@ static bool is_learnt(const struct sight *s, uint32_t variable)
     return false;
 }
 
-lmn_status sight_init(struct sight *s, const struct scene *scene, struct error *err)
+lmn_status sight_init(struct sight *s, const struct scene *scene, uint32_t without,
+                      struct error *err)
 {
     lmn_status status = LMN_OK;
-    *s = (struct sight){.scene = scene};
-    TRY(powers_init(&s->powers, scene, err));
+    *s = (struct sight){.scene = scene, .ignores_albedo = (without & LMN_WITHOUT_ALBEDO) != 0};
+    TRY(powers_init(&s->powers, scene, (without & LMN_WITHOUT_POWERS) != 0, err));
     TRY(scene_frames_init(scene, &s->frames, err));
     s->n_frames = s->frames.n < SIGHT_FRAMES ? s->frames.n : SIGHT_FRAMES;
-    find_lights(s);
+    if (without & LMN_WITHOUT_FRAMES) s->n_frames = 0;
+    if (!(without & LMN_WITHOUT_LIGHTS)) find_lights(s);
     s->n_positions = 1 + s->n_frames;
     s->n_features = SURFACE_FEATURES + s->n_frames * FRAME_FEATURES +
-                    s->n_lights * (LIGHT_FEATURES + s->n_frames * PASSAGE_FEATURES);
+                    s->n_lights * (LIGHT_FEATURES + s->n_frames * PASSAGE_FEATURES) +
+                    DEPTH_FEATURES;
     s->variables = mem_new((size_t)scene->n_variables + 1, sizeof *s->variables);
     if (!s->variables) {
         status = fail_memory(err, "the network's inputs");
@@ -143,6 +146,7 @@ lmn_status sight_describe(const struct sight *s, struct meaning *out, struct err
             meaning_add(out, MEANING_FEATURES, PASSAGE_FEATURES, "light from %s past %s",
                         lights[l].text, frames[k].text);
     }
+    meaning_add(out, MEANING_FEATURES, DEPTH_FEATURES, "bounces");
     for (uint32_t i = 0; i < s->n_variables; i++)
         meaning_add(out, MEANING_VARIABLE, 1, "%s", s->scene->variables[s->variables[i]].name);
     for (uint32_t g = 0; g < s->powers.n; g++) {
@@ -207,6 +211,8 @@ void sight_look(const struct sight *s, const struct scene_state *state, const fl
         sight_look_avx2(&job);
     else
         sight_look_plain(&job);
+    for (size_t i = 0; s->ignores_albedo && i < (size_t)n * 3; i++)
+        scale[i] = scale[i] > 0.0f ? 1.0f : 0.0f;
 }
 
 /* ---- To keep ---- */
@@ -227,7 +233,10 @@ void sight_keep(const float *buffers, uint32_t n, float *kept)
         for (size_t k = 0; k < sizeof kept_parts / sizeof *kept_parts; k++)
             memcpy(kept + kept_parts[k].to, buffers + kept_parts[k].from,
                    kept_parts[k].n * sizeof *kept);
-        const float *wi = buffers + BUFFER_WI; /* zero on diffuse surfaces */
+        const float *geo = buffers + BUFFER_GEO_NORMAL, *wo = buffers + BUFFER_WO;
+        if (geo[0] * wo[0] + geo[1] * wo[1] + geo[2] * wo[2] < 0.0f)
+            for (uint32_t k = 3; k < 6; k++) kept[k] = -kept[k]; /* the side that is looked at */
+        const float *wi = buffers + BUFFER_WI;                   /* zero on diffuse surfaces */
         const bool is_glossy = wi[0] != 0.0f || wi[1] != 0.0f || wi[2] != 0.0f;
         kept[KEPT_KIND] = !(buffers[BUFFER_DEPTH] > 0.0f) ? KIND_NOTHING
                           : is_glossy                     ? KIND_GLOSSY
@@ -242,6 +251,7 @@ void sight_recall(const float *kept, uint32_t n, float *buffers)
         for (size_t k = 0; k < sizeof kept_parts / sizeof *kept_parts; k++)
             memcpy(buffers + kept_parts[k].from, kept + kept_parts[k].to,
                    kept_parts[k].n * sizeof *kept);
+        memcpy(buffers + BUFFER_GEO_NORMAL, buffers + BUFFER_WO, 3 * sizeof *buffers);
         buffers[BUFFER_DEPTH] = kept[KEPT_KIND] > KIND_NOTHING ? 1.0f : 0.0f;
         buffers[BUFFER_WI] = kept[KEPT_KIND] == KIND_GLOSSY ? 1.0f : 0.0f;
     }

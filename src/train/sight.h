@@ -20,6 +20,7 @@
  *               and its mirror image; per frame direction and nearness; per light direction,
  *               nearness and cosine; per light and frame how closely the segment to the light
  *               passes the thing, in its frame: shadows. What is hidden gives zeros
+ *   bounces     a feature: the share of the bounces that count; 1 in pictures (tails.h)
  *   scale       albedo, but at least a tenth
  *   lights      the powers of groups of lights (powers.h)
  *   v           the other variables, but those that only the camera follows: radiance of a surface
@@ -38,12 +39,15 @@ struct sight {
         struct vec3 center; /* in the instance's space */
     } lights[SIGHT_LIGHTS];
     uint32_t n_positions, n_features;
+    bool ignores_albedo;  /* LMN_WITHOUT_ALBEDO: scale is 1 */
     uint32_t n_variables; /* of v */
     uint32_t *variables;  /* [n_variables], into scene->variables */
     uint32_t cpu; /* flags of base/cpu.h that sight_look() may use: 0 until the owner sets them */
 };
 
-lmn_status sight_init(struct sight *s, const struct scene *scene, struct error *err);
+/* `without`: of LMN_WITHOUT_*. */
+lmn_status sight_init(struct sight *s, const struct scene *scene, uint32_t without,
+                      struct error *err);
 void sight_release(struct sight *s);
 
 /* What the scene asks of a network: grids, features, variables; the rest is 0. */

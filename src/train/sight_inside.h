@@ -11,8 +11,10 @@ enum {
     FRAME_FEATURES = 4,    /* direction 3, nearness */
     LIGHT_FEATURES = 5,    /* direction 3, nearness, cosine */
     PASSAGE_FEATURES = 4,  /* closest approach 3, nearness */
+    DEPTH_FEATURES = 1,    /* share of the bounces that count */
     SIGHT_MOST_FEATURES = SURFACE_FEATURES + SIGHT_FRAMES * FRAME_FEATURES +
-                          SIGHT_LIGHTS * (LIGHT_FEATURES + SIGHT_FRAMES * PASSAGE_FEATURES)
+                          SIGHT_LIGHTS * (LIGHT_FEATURES + SIGHT_FRAMES * PASSAGE_FEATURES) +
+                          DEPTH_FEATURES
 };
 
 /* Of what has no albedo (metals, glass) or little: the scale must not jump where a pixel shows a

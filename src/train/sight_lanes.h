@@ -96,6 +96,15 @@ INLINE struct lanes3 load3(const struct source *b, int channel)
     return (struct lanes3){load(b, channel), load(b, channel + 1), load(b, channel + 2)};
 }
 
+/* The normal on the side that is looked at. */
+INLINE struct lanes3 facing(const struct source *b)
+{
+    const struct lanes3 n = load3(b, BUFFER_NORMAL), wo = load3(b, BUFFER_WO);
+    const vec side = lanes3_dot(load3(b, BUFFER_GEO_NORMAL), wo);
+    const vec_mask is_behind = vec_above(vec_set1(0.0f), side);
+    return lanes3_sub(n, lanes3_where(is_behind, lanes3_scale(n, vec_set1(2.0f))));
+}
+
 INLINE vec *surface(const struct source *b, struct lanes3 n, struct lanes3 albedo, vec *to)
 {
     const vec zero = vec_set1(0.0f);
@@ -144,7 +153,8 @@ struct numbers {
 static void look(const struct sight_moment *m, const struct source *b, struct numbers *to)
 {
     const vec one = vec_set1(1.0f), zero = vec_set1(0.0f);
-    const struct lanes3 p = load3(b, BUFFER_POSITION), normal = load3(b, BUFFER_NORMAL);
+    const struct lanes3 p = load3(b, BUFFER_POSITION);
+    const struct lanes3 normal = facing(b);
     const struct lanes3 albedo = load3(b, BUFFER_ALBEDO), box = lanes3_splat(m->size);
     const struct lanes3 in_box = lanes3_sub(p, lanes3_splat(m->corner));
     struct lanes3 local[SIGHT_FRAMES];
@@ -179,6 +189,7 @@ static void look(const struct sight_moment *m, const struct source *b, struct nu
             *f++ = near;
         }
     }
+    *f++ = one;
     const vec_mask is_hit = vec_above(vec_gather(b->first + BUFFER_DEPTH, b->at), zero);
     const vec least = vec_set1(LEAST_SCALE);
     put(to->scale,

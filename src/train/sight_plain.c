@@ -33,9 +33,17 @@ static float *put_direction(float *to, struct vec3 v)
     return to;
 }
 
-static float *surface(const float *b, float *to)
+/* The normal on the side that is looked at. */
+static struct vec3 facing_normal(const float *b)
 {
-    struct vec3 n = load(b, BUFFER_NORMAL), wo = load(b, BUFFER_WO);
+    const struct vec3 n = load(b, BUFFER_NORMAL), wo = load(b, BUFFER_WO);
+    const float side = vec3_dot(load(b, BUFFER_GEO_NORMAL), wo);
+    return side < 0.0f ? vec3_sub(n, vec3_scale(n, 2.0f)) : n;
+}
+
+static float *surface(const float *b, struct vec3 n, float *to)
+{
+    struct vec3 wo = load(b, BUFFER_WO);
     bool is_glossy = !vec3_is_zero(load(b, BUFFER_WI)); /* that buffer is zero on diffuse ones */
     const struct vec3 none = {0, 0, 0};
     struct vec3 mirrored = vec3_sub(vec3_scale(n, 2.0f * vec3_dot(n, wo)), wo);
@@ -99,11 +107,11 @@ void sight_look_plain(const struct sight_job *j)
         const float *b = j->buffers + i * BUFFER_CHANNELS;
         float *x = j->positions + i * (1 + m->n_frames) * 3;
         float *f = j->features + i * m->n_features;
-        const struct vec3 p = load(b, BUFFER_POSITION), normal = load(b, BUFFER_NORMAL);
+        const struct vec3 p = load(b, BUFFER_POSITION), normal = facing_normal(b);
         const struct vec3 in_box = vec3_sub(p, m->corner);
         struct vec3 local[SIGHT_FRAMES] = {0};
         x = put(x, vec3(in_box.x / m->size.x, in_box.y / m->size.y, in_box.z / m->size.z));
-        f = surface(b, f);
+        f = surface(b, normal, f);
         for (uint32_t k = 0; k < m->n_frames; k++, x += 3)
             f = look_at_frame(&m->frames[k], p, &local[k], x, f);
         for (uint32_t l = 0; l < m->n_lights; l++) {
@@ -113,6 +121,7 @@ void sight_look_plain(const struct sight_job *j)
             for (uint32_t k = 0; k < m->n_frames; k++)
                 f = look_at_passage(&m->frames[k], local[k], m->local_lights[l][k], f);
         }
+        *f++ = 1.0f;
         scale_of(b, j->scale + 3 * i);
     }
 }

@@ -45,6 +45,8 @@ static struct learner *make_with_looks(uint32_t n_looks, double children)
     o.depth = 2;
     o.n_fresh = 16;
     o.n_pixels = 32;
+    o.n_roots = 8;
+    o.cut_after = 2;
     o.n_batch = 64;
     o.memory_mib = 16;
     o.n_looks = n_looks;

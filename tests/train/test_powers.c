@@ -38,7 +38,7 @@ static struct powers make(void)
 {
     struct powers p;
     struct error err = {{0}};
-    if (powers_init(&p, tiny.scene, &err) != LMN_OK) fail_msg("%s", err.text);
+    if (powers_init(&p, tiny.scene, false, &err) != LMN_OK) fail_msg("%s", err.text);
     return p;
 }
 
@@ -108,7 +108,7 @@ static void a_dimmer_leaves_the_learnt_space(void **state)
             assert_true(fabsf(lights[3 + c] - want[k]) < 1e-6f);
         }
     }
-    assert_int_equal(sight_init(&sight, tiny.scene, &err), LMN_OK);
+    assert_int_equal(sight_init(&sight, tiny.scene, 0, &err), LMN_OK);
     assert_int_equal(sight_field(&sight).n_lights, 2);
     for (uint32_t i = 0; i < sight.n_variables; i++) assert_true(sight.variables[i] != dim);
     sight_release(&sight);

@@ -31,7 +31,7 @@ static int setup(void **state)
 {
     struct error err = {{0}};
     tiny_setup(state);
-    return sight_init(&sight, tiny.scene, &err) || view_new(tiny.place.world, &view, &err);
+    return sight_init(&sight, tiny.scene, 0, &err) || view_new(tiny.place.world, &view, &err);
 }
 
 static int teardown(void **state)

@@ -59,7 +59,7 @@ END
 # more steps go on; other options, bad ones and other scenes do not
 learn --out one --steps 8 | grep -q 'uniform'
 json '[e["step"] for e in d["scenes"][0]["runs"][5]["evaluations"]] == [1, 2, 4, 6, 8]' <one/results.json
-sed 's/"spp":16/"spp":12/' one/box-improved-16-depth=1-memory_mib=4-resolution_max=48-2.jsonl >changed
+sed 's/"spp":8/"spp":12/' one/box-improved-16-depth=1-memory_mib=4-resolution_max=48-2.jsonl >changed
 cp changed one/box-improved-16-depth=1-memory_mib=4-resolution_max=48-2.jsonl
 code 2 learn --out one 2>&1
 code 2 "$lumenaut" bench learn "$scene" 2>&1

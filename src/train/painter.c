@@ -37,7 +37,7 @@ static bool take_desks(struct painter *p)
         is_whole = take(p, n * BUFFER_CHANNELS, &d->buffers) &&
                    take(p, n * sight->n_positions * 3, &d->positions) &&
                    take(p, n * sight->n_features, &d->features) && take(p, n * 3, &d->scale) &&
-                   take(p, n * 3, &d->color);
+                   take(p, n * 3, &d->color) && take(p, n * (3 + BUFFER_CHANNELS), &d->sums);
     }
     return is_whole;
 }
@@ -67,7 +67,8 @@ void painter_release(struct painter *p)
     mem_free(p->color);
     for (uint32_t i = 0; i < p->n_desks; i++) {
         struct painter_desk *d = &p->desks[i];
-        float *const blocks[] = {d->buffers, d->positions, d->features, d->scale, d->color};
+        float *const blocks[] = {d->buffers, d->positions, d->features,
+                                 d->scale,   d->color,     d->sums};
         for (size_t k = 0; k < sizeof blocks / sizeof *blocks; k++) mem_free(blocks[k]);
     }
     mem_free(p->desks);
@@ -109,28 +110,20 @@ struct painting {
 
 /* ---- The compact network: tile by tile ---- */
 
-static void paint_tile(void *ctx, uint32_t item, uint32_t worker)
+/* One sample of each of a tile's pixels: d->color, d->buffers. */
+static void paint_sample(struct painter *p, uint32_t worker, const struct trace_settings *settings,
+                         const struct window *tile)
 {
-    const struct painting *f = ctx;
-    struct painter *p = f->p;
     struct painter_desk *d = &p->desks[worker];
-    const struct window *w = &f->window;
-    const uint64_t start = clock_ticks();
-    const uint32_t index = f->first + item, n_channels = f->image->n_channels;
-    const uint32_t x = index % f->columns * TILE, y = index / f->columns * TILE;
-    struct window tile = *w;
-    tile.x += x;
-    tile.y += y;
-    tile.width = w->width - x < TILE ? w->width - x : TILE;
-    tile.height = w->height - y < TILE ? w->height - y : TILE;
-    const uint32_t n = tile.width * tile.height;
+    const uint32_t n = tile->width * tile->height;
     const struct field_run run = {.n = n,
                                   .positions = d->positions,
                                   .features = d->features,
                                   .scale = d->scale,
                                   .lights = p->lights};
     struct trace_output output = {.buffers = d->buffers};
-    view_trace(p->view, f->settings, &tile, &output);
+    const uint64_t start = clock_ticks();
+    view_trace(p->view, settings, tile, &output);
     const uint64_t traced = clock_ticks();
     sight_look(p->network.sight, view_state(p->view), d->buffers, n, d->positions, d->features,
                d->scale);
@@ -138,14 +131,67 @@ static void paint_tile(void *ctx, uint32_t item, uint32_t worker)
     field_render_part(p->network.field, worker, &run, d->color);
     const uint64_t rendered = clock_ticks();
     sight_add_emission(d->buffers, n, d->color);
-    for (size_t i = 0; i < tile.height; i++)
-        put_pixels(f->image->data + ((y + i) * w->width + x) * n_channels, n_channels,
-                   d->color + i * tile.width * 3, d->buffers + i * tile.width * BUFFER_CHANNELS,
-                   tile.width);
     d->buffer_ticks += traced - start;
     d->look_ticks += looked - traced;
     d->network_ticks += rendered - looked;
     d->other_ticks += clock_ticks() - rendered;
+}
+
+/* Sums of n numbers, those of the first sample being all of it. */
+static void add_up(float *sums, const float *x, size_t n, bool is_first)
+{
+    for (size_t i = 0; i < n; i++) sums[i] = is_first ? x[i] : sums[i] + x[i];
+}
+
+/* The same of buffers, whose ids are those of the first sample. */
+static void add_buffers(float *sums, const float *buffers, size_t n, bool is_first)
+{
+    for (size_t i = 0; i < n; i++, sums += BUFFER_CHANNELS, buffers += BUFFER_CHANNELS)
+        add_up(sums, buffers, is_first ? BUFFER_CHANNELS : BUFFER_SHAPE_ID, is_first);
+}
+
+static void paint_tile(void *ctx, uint32_t item, uint32_t worker)
+{
+    const struct painting *f = ctx;
+    struct painter *p = f->p;
+    struct painter_desk *d = &p->desks[worker];
+    const struct window *w = &f->window;
+    const uint32_t index = f->first + item, n_channels = f->image->n_channels;
+    const uint32_t x = index % f->columns * TILE, y = index / f->columns * TILE;
+    const uint32_t spp = f->settings->spp;
+    struct window tile = *w;
+    tile.x += x;
+    tile.y += y;
+    tile.width = w->width - x < TILE ? w->width - x : TILE;
+    tile.height = w->height - y < TILE ? w->height - y : TILE;
+    const size_t n = (size_t)tile.width * tile.height;
+    float *color = d->color, *buffers = d->buffers;
+    if (spp > 1) {
+        color = d->sums;
+        buffers = d->sums + TILE_PIXELS * 3;
+    }
+    for (uint32_t i = 0; i < spp; i++) {
+        struct trace_settings one = *f->settings;
+        one.spp = 1;
+        one.first_sample += i;
+        paint_sample(p, worker, &one, &tile);
+        if (spp == 1) break;
+        add_up(color, d->color, n * 3, i == 0);
+        if (n_channels > 3) add_buffers(buffers, d->buffers, n, i == 0);
+    }
+    const uint64_t start = clock_ticks();
+    if (spp > 1) {
+        const float share = 1.0f / (float)spp;
+        for (size_t i = 0; i < n * 3; i++) color[i] *= share;
+        for (size_t i = 0; n_channels > 3 && i < n; i++)
+            for (size_t c = 0; c < BUFFER_CHANNELS; c++)
+                buffers[i * BUFFER_CHANNELS + c] *= c < BUFFER_SHAPE_ID ? share : 1.0f;
+    }
+    for (size_t i = 0; i < tile.height; i++)
+        put_pixels(f->image->data + ((y + i) * w->width + x) * n_channels, n_channels,
+                   color + i * tile.width * 3, buffers + i * tile.width * BUFFER_CHANNELS,
+                   tile.width);
+    d->other_ticks += clock_ticks() - start;
 }
 
 /* In runs of tiles long enough to keep all workers busy. */

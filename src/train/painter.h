@@ -17,7 +17,8 @@ struct painter_network {
 struct painter_desk {
     float *buffers;                      /* [TILE_PIXELS][BUFFER_CHANNELS] */
     float *positions, *features, *scale; /* sight_look() */
-    float *color;                        /* [TILE_PIXELS][3] */
+    float *color;                        /* [TILE_PIXELS][3]: of one sample */
+    float *sums;                         /* of all samples: colours, then buffers */
     /* Ticks of clock_ticks() since the frame began: tracing, sight_look(), the network, the rest.
      */
     uint64_t buffer_ticks, look_ticks, network_ticks, other_ticks;
@@ -27,9 +28,10 @@ struct painter_desk {
  * Frames by the network: what model_render() and evaluation share.
  *
  * The compact network works tile by tile, each by one worker from tracing to colours, so that what
- * a tile needs stays in its cache. The paper's network works through the window in strips of rows:
- * buffers of the strip (all workers), network inputs, network. Memory does not grow with the
- * picture.
+ * a tile needs stays in its cache. It knows points, not pixels: of several samples each is rendered
+ * for itself, and their mean is the pixel. The paper's network works through the window in strips
+ * of rows: buffers of the strip (all workers), network inputs, network. Memory does not grow with
+ * the picture.
  */
 struct painter {
     const struct workplace *place;

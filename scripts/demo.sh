@@ -10,7 +10,7 @@ mkdir -p "$out"
 
 echo "1/3 training scenes/demo/scene.xml for ${DEMO_TIME:=2m} -> $out/demo.lmn"
 rm -f "$out/demo.lmn" "$out/demo.lmn.state" "$out/demo.metrics.jsonl"
-$lumenaut train scenes/demo/scene.xml -o "$out/demo.lmn" --method improved --seed 1 \
+$lumenaut train scenes/demo/scene.xml -o "$out/demo.lmn" --seed 1 \
     --time "$DEMO_TIME" --eval-every 30s || exit 1
 echo "2/3 comparing with path-traced pictures of unseen configurations -> $out/sheet.png"
 $lumenaut eval "$out/demo.lmn" --n 6 --size 192 --spp 256 --sheet "$out/sheet.png" || exit 1

@@ -20,7 +20,7 @@ run() {
     scene=$1
     for explore in active uniform; do
         model=$out/$scene-$explore
-        $lumenaut train "$scenes/official/$scene/scene.xml" -o "$model.lmn" --explore $explore \
+        $lumenaut train "$scenes/official/$scene/scene.xml" -o "$model.lmn" --method faithful --explore $explore \
             --seed 1 --width 128 --learning-rate 5e-4 --spp "$2" --time "${RESULTS_TIME:-15m}" \
             --eval-every 90s --eval-n 8 --eval-size 64 --eval-spp 512 --memory 512 -t "$threads" \
             --json >"$model.train.json" || exit 1

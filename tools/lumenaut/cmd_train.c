@@ -73,14 +73,18 @@ static bool is_finished(const struct run *r)
 static void show(struct run *r)
 {
     const lmn_train_stats *s = &r->stats;
-    char text[160], json[512], error[48] = "";
+    char text[160], json[512], error[48] = "", resolution[24] = "";
+    lmn_train_options used;
     double fraction = -1.0;
     if (!progress_is_due(&r->app.progress) && s->step > r->first_step + 1) return;
+    lmn_trainer_get_options(r->trainer, &used);
+    if (used.method == LMN_METHOD_FAITHFUL)
+        snprintf(resolution, sizeof resolution, "  res %u", s->resolution);
     if (r->a->steps > 0) fraction = (double)s->step / (double)r->a->steps;
     if (r->time_s > 0.0 && s->cpu_s / r->time_s > fraction) fraction = s->cpu_s / r->time_s;
     if (r->has_eval) snprintf(error, sizeof error, "  MAPE %.4f", r->eval.mape);
-    snprintf(text, sizeof text, "step %llu  loss %.4f%s  res %u  trace %.0f %%",
-             (unsigned long long)s->step, s->loss, error, s->resolution,
+    snprintf(text, sizeof text, "step %llu  loss %.4f%s%s  trace %.0f %%",
+             (unsigned long long)s->step, s->loss, error, resolution,
              s->cpu_s > 0.0 ? 100.0 * s->trace_s / s->cpu_s : 0.0);
     snprintf(json, sizeof json,
              "\"step\":%llu,\"loss\":%.6g,\"resolution\":%u,\"acceptance\":%.4g,"
@@ -267,7 +271,9 @@ static int run(void *args)
     if (code == EXIT_OK && a->from) code = read_origin(&r, args);
     const char *foreign = train_args_finish(args);
     if (code == EXIT_OK && foreign)
-        code = app_error(&r.app, EXIT_USAGE, "--%s: the improved method has no such option",
+        code = app_error(&r.app, EXIT_USAGE,
+                         "--%s: the improved method, the default, has no such option: it is of "
+                         "--method faithful",
                          foreign);
     if (code == EXIT_OK && !a->output)
         code = app_error(&r.app, EXIT_USAGE, "no output: give -o FILE.lmn");

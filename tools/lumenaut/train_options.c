@@ -100,6 +100,7 @@ static const struct arg_option network_options[] = {
      .help = "faithful: the paper's network, exploration and reuse; improved: a compact network on "
              "learnt grids, trained on scattered pixels",
      .choices = "faithful improved",
+     .fallback = "improved",
      .offset = offsetof(lmn_train_options, method),
      .given = GIVEN(method)},
     {.name = "seed",
@@ -255,9 +256,11 @@ static const struct arg_option resolution_options[] = {
      .type = ARG_COUNT,
      .argument = "N",
      .help = "and at most; improved: of the pictures that pixels are drawn from",
+     .fallback = "600; improved: 16384",
      .min = 4,
      .max = 16384,
-     .offset = offsetof(lmn_train_options, resolution_max)},
+     .offset = offsetof(lmn_train_options, resolution_max),
+     .given = GIVEN(resolution_max)},
     {.name = "resolution-step",
      .type = ARG_COUNT,
      .argument = "N",
@@ -359,6 +362,7 @@ const char *train_args_finish(struct train_args *a)
     lmn_train_options faithful, improved;
     lmn_train_options *o = &a->options;
     lmn_train_options_init(&faithful);
+    if (!a->given.method && !a->resume) o->method = LMN_METHOD_IMPROVED;
     if (o->method != LMN_METHOD_IMPROVED) return NULL;
     for (size_t g = 0; g < n_train_groups; g++) {
         if (train_groups[g].base != offsetof(struct train_args, options)) continue;
@@ -376,6 +380,7 @@ const char *train_args_finish(struct train_args *a)
     if (!a->given.learning_rate) o->learning_rate = improved.learning_rate;
     if (!a->given.memory) o->memory_mib = improved.memory_mib;
     if (!a->given.spp) o->spp = improved.spp;
+    if (!a->given.resolution_max) o->resolution_max = improved.resolution_max;
     return NULL;
 }
 
@@ -423,6 +428,9 @@ const char *train_args_conflict(const struct train_args *a, const lmn_train_opti
             const struct arg_option *o = &train_groups[g].options[i];
             const char *asked = (const char *)&a->options + o->offset;
             const size_t size = size_of(o->type);
+            uint32_t is_given = 1;
+            if (o->given) memcpy(&is_given, (const char *)&a->options + o->given, sizeof is_given);
+            if (!is_given) continue;
             if (memcmp(asked, (const char *)&defaults + o->offset, size) != 0 &&
                 memcmp(asked, (const char *)used + o->offset, size) != 0)
                 return o->name;

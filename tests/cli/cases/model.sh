@@ -2,7 +2,7 @@
 # render, eval and params on a model: its scene is found, a changed one refused, garbage too.
 mkdir scenes
 cp "$here"/scenes/box.* scenes
-"$lumenaut" train scenes/box.xml -q -o m.lmn --width 16 --depth 1 --patch-size 12 --resolution-start 24 \
+"$lumenaut" train scenes/box.xml -q -o m.lmn --method faithful --width 16 --depth 1 --patch-size 12 --resolution-start 24 \
     --memory 4 --spp 2 --eval-every never --steps 10 -D spp=3
 "$lumenaut" render m.lmn -o a.exr -q -t 1 -P slide=50% --json >a.json
 json 'd["size"] == [48, 32] and d["render_s"] > 0 and d["values"]["slide"] == 0' <a.json

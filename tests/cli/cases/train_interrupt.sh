@@ -3,8 +3,8 @@
 cat >run.py <<'END'
 import json, os, signal, subprocess
 command = [os.environ["lumenaut"], "train", os.environ["here"] + "/scenes/box.xml", "-o", "a.lmn",
-           "--width", "16", "--depth", "1", "--patch-size", "12", "--resolution-start", "24",
-           "--memory", "4", "--spp", "2", "--eval-every", "never", "--progress=json", "--json"]
+           "--width", "16", "--depth", "1", "--memory", "4", "--spp", "2",
+           "--eval-every", "never", "--progress=json", "--json"]
 child = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 lines = []
 for line in child.stderr:

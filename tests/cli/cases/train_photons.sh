@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Training with photons: the same bytes on other threads and after a resumption; the option is kept.
 scene=$here/scenes/box.xml
-tiny="--width 16 --depth 1 --patch-size 12 --resolution-start 24 --chains 4 --reuse-warmup 4 --reuse-batch 4 --memory 4 --spp 2 --eval-every never"
+tiny="--method faithful --width 16 --depth 1 --patch-size 12 --resolution-start 24 --chains 4 --reuse-warmup 4 --reuse-batch 4 --memory 4 --spp 2 --eval-every never"
 train() { "$lumenaut" train "$scene" -q $tiny "$@"; }
 train -o one.lmn --steps 20 -t 1 --integrator path+photons --json >one.json
 json 'd["steps"] == 20' <one.json

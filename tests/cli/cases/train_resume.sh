@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # 60 steps are the same bytes at once, on other threads, and killed on the way and resumed.
 scene=$here/scenes/box.xml
-tiny="--width 16 --depth 1 --patch-size 12 --resolution-start 24 --chains 4 --reuse-warmup 4 --reuse-batch 4 --memory 4 --spp 2 --eval-every never"
+tiny="--method faithful --width 16 --depth 1 --patch-size 12 --resolution-start 24 --chains 4 --reuse-warmup 4 --reuse-batch 4 --memory 4 --spp 2 --eval-every never"
 train() { "$lumenaut" train "$scene" -q $tiny "$@"; }
 train -o one.lmn --steps 60 -t 1 --json >one.json
 json 'd["steps"] == 60 and d["steps_this_run"] == 60 and not d["interrupted"]' <one.json

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The rules that stop a run, the paper's switches, and what is written on the way.
 scene=$here/scenes/box.xml
-tiny="--width 16 --depth 1 --patch-size 12 --resolution-start 24 --chains 4 --reuse-warmup 4 --reuse-batch 4 --memory 4 --spp 2 --eval-n 2 --eval-size 16 --eval-spp 4"
+tiny="--method faithful --width 16 --depth 1 --patch-size 12 --resolution-start 24 --chains 4 --reuse-warmup 4 --reuse-batch 4 --memory 4 --spp 2 --eval-n 2 --eval-size 16 --eval-spp 4"
 train() { "$lumenaut" train "$scene" -q $tiny --json "$@"; }
 train -o a.lmn --time 0.2s --eval-every never | json 'd["cpu_s"] >= 0.2 and "eval" not in d'
 train -o b.lmn --target mape=1000 --steps 50 --eval-every 5i | json 'd["steps"] == 5 and d["eval"]["mape"] > 0'

@@ -165,6 +165,42 @@ static void exploration_learns_the_same(void **state)
     learner_free(l);
 }
 
+/* Each part can be left out, and is. */
+static void parts_can_be_left_out(void **state)
+{
+    (void)state;
+    struct learner *whole = make();
+    const struct field_config *all = learner_field_config(whole);
+    for (uint32_t part = LMN_WITHOUT_FRAMES; part <= LMN_WITHOUT_AVERAGE; part *= 2) {
+        struct learner *l;
+        struct learner_stats stats;
+        struct error err = {{0}};
+        lmn_train_options from;
+        struct learner_options o;
+        options_init_method(&from, LMN_METHOD_IMPROVED);
+        from.without = part;
+        from.memory_mib = 16;
+        learner_options_init(&o, &from);
+        o.cut_after = 2;
+        if (make_with(&o, &l, &err) != LMN_OK) fail_msg("%u: %s", part, err.text);
+        run(l, 4);
+        learner_get_stats(l, &stats);
+        assert_true(isfinite(stats.loss) && stats.loss > 0);
+        const struct field_config *c = learner_field_config(l);
+        assert_int_equal(c->n_grids < all->n_grids, part == LMN_WITHOUT_FRAMES);
+        assert_int_equal(c->n_features < all->n_features,
+                         part == LMN_WITHOUT_FRAMES || part == LMN_WITHOUT_LIGHTS);
+        assert_int_equal(c->ignores_halves, part == LMN_WITHOUT_HALVES);
+        assert_int_equal(learner_network(l).sight->ignores_albedo, part == LMN_WITHOUT_ALBEDO);
+        assert_int_equal(stats.n_batch < 32, part == LMN_WITHOUT_REPLAY);
+        const bool is_last = memcmp(learner_average(l), field_weights(learner_network(l).field),
+                                    field_n_weights(learner_network(l).field) * sizeof(float)) == 0;
+        assert_int_equal(is_last, part == LMN_WITHOUT_AVERAGE);
+        learner_free(l);
+    }
+    learner_free(whole);
+}
+
 /* The ring of configurations comes round. */
 static void memory_is_bounded(void **state)
 {
@@ -222,6 +258,7 @@ int main(void)
         cmocka_unit_test(learning_helps),
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(exploration_learns_the_same),
+        cmocka_unit_test(parts_can_be_left_out),
         cmocka_unit_test(memory_is_bounded),
         cmocka_unit_test(failed_steps_change_nothing),
     };

@@ -180,7 +180,10 @@ static void parts_can_be_left_out(void **state)
         options_init_method(&from, LMN_METHOD_IMPROVED);
         from.without = part;
         from.memory_mib = 16;
+        from.width = 16;
+        from.spp = 4;
         learner_options_init(&o, &from);
+        o.n_pixels = 32;
         o.cut_after = 2;
         if (make_with(&o, &l, &err) != LMN_OK) fail_msg("%u: %s", part, err.text);
         run(l, 4);

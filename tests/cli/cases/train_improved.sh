@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# The improved method: the same bytes at once, on other threads, and killed on the way and resumed;
+# The improved method, the default: the same bytes at once, on other threads, and killed on the way and resumed;
 # its model renders and is measured; what it has not is refused.
 scene=$here/scenes/box.xml
-small="--method improved --width 16 --depth 1 --memory 4 --resolution-max 48 --spp 2 --eval-every never"
+small="--width 16 --depth 1 --memory 4 --resolution-max 48 --spp 2 --eval-every never"
 train() { "$lumenaut" train "$scene" -q "$@"; }
 train $small -o one.lmn --steps 12 -t 1 --json | json 'd["steps"] == 12 and d["patches_traced"] == 12 * 16'
 train $small -o two.lmn --steps 12 -t 2
@@ -12,6 +12,11 @@ train $small -o half.lmn --steps 5
 train -o half.lmn --steps 12 --resume
 cmp one.lmn half.lmn
 cmp one.lmn.state half.lmn.state
+train $small -o long.lmn --steps 215 # when paths are cut
+train $small -o short.lmn --steps 207 -t 1
+train -o short.lmn --steps 215 --resume
+cmp long.lmn short.lmn
+cmp long.lmn.state short.lmn.state
 /usr/bin/python3 "$here/kill.py" 5 "$scene" $small
 step=$(train -o killed.lmn --resume --steps 1 --json | sed 's/.*"steps":\([0-9]*\),.*/\1/')
 end=$((step + 3))
@@ -49,7 +54,7 @@ cmp a.pfm b.pfm
 "$lumenaut" eval one.lmn -q -n 2 --size 32 --spp 4 --json | json 'd["mean"]["mape"] > 0'
 
 # its own options only, and a network of the scene's shape
-code 2 train --method improved -o x.lmn --steps 1 --chains 3 2>&1
+code 2 train -o x.lmn --steps 1 --chains 3 2>&1
 code 2 train --method improved -o x.lmn --steps 1 --depth 0 2>&1
 code 2 train --method improved -o x.lmn --steps 1 --integrator auto 2>&1
 code 2 train --method improved -o x.lmn --steps 1 --explore loss-only 2>&1

@@ -88,11 +88,15 @@ void photon_map_build(struct photon_map *m, float radius)
         if (m->landed[i].n_casters == 0) continue;
         uint32_t k = --m->first[bucket_of(m, cell_of(m, m->landed[i].p))];
         m->photons[k] = m->landed[i];
+        m->photons[k].radius2 = radius * radius;
         m->x[k] = m->landed[i].p.x;
         m->y[k] = m->landed[i].p.y;
         m->z[k] = m->landed[i].p.z;
     }
 }
+
+/* Distances are found in vector code, of so many photons at a time. */
+enum { RUN = 64 };
 
 /* Photons of a cell: a run of the map's. */
 struct run {
@@ -104,6 +108,10 @@ static uint32_t runs_around(const struct photon_map *m, struct vec3 p, struct ru
 {
     struct cell c = cell_of(m, vec3_sub(p, vec3_splat(m->radius)));
     uint32_t n = 0;
+    if (m->n <= RUN) { /* sooner all compared than found */
+        runs[0] = (struct run){0, m->n};
+        return m->n > 0;
+    }
     for (uint32_t k = 0; k < 8; k++) {
         uint32_t b = bucket_of(m, (struct cell){c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2)});
         runs[n] = (struct run){m->first[b], m->first[b + 1]};
@@ -112,9 +120,7 @@ static uint32_t runs_around(const struct photon_map *m, struct vec3 p, struct ru
     return n;
 }
 
-/* Photons of one bucket that are near a point: a run at a time, the distances in vector code. */
-enum { RUN = 64 };
-
+/* Photons of one bucket that are near a point: RUN at a time. */
 static uint32_t near_of_run(const struct photon_map *m, uint32_t first, uint32_t n, struct vec3 p,
                             uint32_t near[RUN])
 {
@@ -157,6 +163,14 @@ static uint32_t neighbours(const struct photon_map *m, const struct photon *at)
     return count;
 }
 
+void photon_map_sharpen(struct photon_map *m, float wanted)
+{
+    for (uint32_t i = 0; i < m->n; i++) {
+        const float others = (float)(neighbours(m, &m->photons[i]) - 1);
+        if (others > wanted) m->photons[i].radius2 *= wanted / others;
+    }
+}
+
 static int compare_floats(const void *a, const void *b)
 {
     float x = *(const float *)a, y = *(const float *)b;
@@ -197,6 +211,12 @@ static struct vec3 seen(const struct photon_receiver *r, const struct photon *a)
     return vec3_scale(vec3_mul(value, a->power), 1.0f / cosine);
 }
 
+static bool reaches(const struct photon *a, struct vec3 p)
+{
+    struct vec3 d = vec3_sub(a->p, p);
+    return vec3_dot(d, d) < a->radius2;
+}
+
 static void add_to_group(const struct photon_split *split, const struct photon *a,
                          struct vec3 light)
 {
@@ -215,7 +235,7 @@ struct vec3 photon_map_gather(const struct photon_map *m, const struct photon_re
     if (m->n == 0 || max_casters == 0) return sum;
     if (!r->bsdf && !(r->wi.z * r->side > 0.0f)) return sum;
     uint32_t most = max_casters > 0 ? (uint32_t)max_casters : UINT32_MAX;
-    struct vec3 scale = vec3_splat(MATH_INV_PI / (m->radius * m->radius));
+    struct vec3 scale = vec3_splat(MATH_INV_PI);
     if (!r->bsdf) scale = vec3_scale(vec3_mul(scale, r->reflectance), MATH_INV_PI);
     struct run runs[8];
     uint32_t near[RUN], n_runs = runs_around(m, r->p, runs);
@@ -224,8 +244,8 @@ struct vec3 photon_map_gather(const struct photon_map *m, const struct photon_re
             uint32_t n = near_of_run(m, first, min_u32(runs[i].end - first, RUN), r->p, near);
             for (uint32_t k = 0; k < n; k++) {
                 const struct photon *a = &m->photons[near[k]];
-                if (!is_alike(a, r->n) || a->n_casters > most) continue;
-                struct vec3 light = seen(r, a);
+                if (!is_alike(a, r->n) || a->n_casters > most || !reaches(a, r->p)) continue;
+                struct vec3 light = vec3_scale(seen(r, a), 1.0f / a->radius2);
                 sum = vec3_add(sum, light);
                 if (split) add_to_group(split, a, vec3_mul(light, scale));
             }

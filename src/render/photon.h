@@ -28,6 +28,15 @@ static inline bool photon_is_caster(const struct bsdf_point *b)
     return !(b->lobes & LOBE_GLOSSY) || bsdf_roughness(b) <= PHOTON_ALPHA;
 }
 
+/* How a surface takes caustics: by Lambert's law, as its material says, not at all. */
+enum photon_receiver_kind { RECEIVER_DIFFUSE, RECEIVER_GLOSSY, RECEIVER_NONE };
+
+static inline enum photon_receiver_kind photon_receiver_kind(const struct bsdf_point *b)
+{
+    if (bsdf_is_diffuse(b)) return RECEIVER_DIFFUSE;
+    return photon_is_caster(b) ? RECEIVER_NONE : RECEIVER_GLOSSY;
+}
+
 /* What a path has met. After both, light is left to photons. */
 enum { PATH_RECEIVER = 1, PATH_CASTER = 2, PATH_CAUSTIC = 3 };
 
@@ -46,7 +55,7 @@ struct photon {
     uint32_t n_casters; /* met on the way, at least 1 */
     uint32_t emitter;   /* where it comes from, into state->emitters */
     float peak;         /* what a path has found that finds it by chance: view_wants_photons() */
-    float unused;       /* 64 bytes: one line of cache */
+    float radius2;      /* squared, that its power spreads over; 64 bytes: one line of cache */
 };
 
 /* Photons of one pass, in a hashed grid. */
@@ -70,6 +79,10 @@ void photon_map_trace(struct photon_map *m, const struct view *v, struct pool *p
 
 /* Sorts what has landed for a radius. */
 void photon_map_build(struct photon_map *m, float radius);
+
+/* Lets photons that are close together spread less: each over a circle where it has about `wanted`
+ * others, at most the map's. Until then all spread over the map's radius. */
+void photon_map_sharpen(struct photon_map *m, float wanted);
 
 /* A radius within which a typical photon has a dozen others; 0 without photons. Builds the map
  * for a radius of its own. */

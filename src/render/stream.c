@@ -203,7 +203,7 @@ static void connect(struct stream *s, const struct view *v, const struct trace_s
     if (v->n_lights == 0) return;
     for (uint32_t i = 0; i < s->n; i++) s->has_light[i] = s->is_alive[i] & s->bsdf_is_smooth[i];
     for (uint32_t i = 0; t->photons[0] && i < s->n; i++)
-        if (s->is_caster[i] && (s->met[i] & PATH_RECEIVER)) s->has_light[i] = false;
+        if (s->receiver[i] == RECEIVER_NONE && (s->met[i] & PATH_RECEIVER)) s->has_light[i] = false;
     sample_lights(s, v);
     kernels->eval(s);
     kernels->facets_eval(s);
@@ -281,7 +281,7 @@ static void scatter(struct stream *s, const struct view *v, const struct trace_s
 {
     v->world->kernels->sample(s);
     v->world->kernels->facets_sample(s);
-    bool goes_on[STREAM_SIZE] = {false};
+    bool goes_on[STREAM_SIZE] = {false}, passes[STREAM_SIZE] = {false};
     for (uint32_t k = 0; k < s->n_scalar; k++) {
         uint32_t i = s->scalar[k];
         struct bsdf_sample b = bsdf_sample(s->bsdf[i], lanes3_get(&s->wi, i), s->u[4][i],
@@ -292,8 +292,11 @@ static void scatter(struct stream *s, const struct view *v, const struct trace_s
         s->wo_eta[i] = b.eta;
         s->wo_is_delta[i] = (b.lobe & LOBE_DELTA) != 0;
         goes_on[i] = chain_goes_on(s->bsdf[i], &b);
-        if (t->photons[0]) s->met[i] = photon_path_after(s->met[i], s->is_caster[i], b.lobe);
+        passes[i] = (b.lobe & LOBE_NULL) != 0;
     }
+    for (uint32_t i = 0; t->photons[0] && i < s->n; i++)
+        s->met[i] = photon_path_after(s->met[i], s->receiver[i] == RECEIVER_NONE,
+                                      passes[i] ? LOBE_NULL : 0);
     for (uint32_t i = 0; s->chain_group && i < s->n; i++) s->is_chain[i] &= goes_on[i];
     v->world->kernels->scatter(s, depth + 1 >= t->rr_depth ? 0.0f : 1.0f);
     /* The last ray of a path can only add what it hits emits: where that is nothing for sure, it
@@ -317,6 +320,7 @@ void stream_trace(struct stream *s, const struct view *v, const struct trace_set
     if (t->max_depth == 0) return;
     for (int32_t depth = 0; stream_arrive(s, v, t, depth); depth++) {
         if (s->ends && depth > 0 && !buffers_cut_paths(v, t, s, depth)) return;
+        if (t->photons[0]) stream_gather(s, t, depth);
         v->world->kernels->draw(s, t->sampler, path_dimension(depth),
                                 wanted_numbers(s, v, t, depth));
         v->world->kernels->facets_gather(s);

@@ -133,7 +133,7 @@ struct stream {
 
     /* Its material. Diffuse ones are left to kernels. */
     uint32_t bsdf_is_smooth[STREAM_SIZE];   /* light samples can find it */
-    uint32_t is_caster[STREAM_SIZE];        /* with photons */
+    uint32_t receiver[STREAM_SIZE];         /* with photons: enum photon_receiver_kind */
     uint32_t bsdf_is_twosided[STREAM_SIZE]; /* and plain */
     float bsdf_side[STREAM_SIZE];           /* -1 where seen from behind and two-sided, else 1 */
     struct lanes3 reflectance; /* also of rough plastics below their coat, and of rough metals */

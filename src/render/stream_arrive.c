@@ -160,14 +160,21 @@ static bool has_kernel(const struct bsdf_point *b)
     return is_known && b->opacity == 1.0f && !b->is_turned;
 }
 
-/* The material of a lane that is not plain. Photons ask lane by lane which lobe a path took. */
+/* Whether the material without its colour, which lanes hold, says enough. Photons that land ask for
+ * all of it. */
+static bool is_tinted(const struct material *m, bool has_photons)
+{
+    return m->tinted && (!has_photons || photon_is_caster(&m->tinted[0]));
+}
+
+/* The material of a lane that is not plain. */
 static void look_up_material(struct stream *s, const struct view *v, uint32_t i, uint32_t bsdf,
                              bool has_photons)
 {
     const struct material *m = &v->materials[bsdf];
     if (m->ready)
         s->bsdf[i] = &m->ready[s->wi.z[i] < 0.0f];
-    else if (m->tinted && !has_photons)
+    else if (is_tinted(m, has_photons))
         s->bsdf[i] = &m->tinted[s->wi.z[i] < 0.0f];
     else
         look_up_point(s, v, i, bsdf);
@@ -176,7 +183,7 @@ static void look_up_material(struct stream *s, const struct view *v, uint32_t i,
     if (bsdf_is_diffuse(b)) {
         s->bsdf_side[i] = b->is_mirrored ? -1.0f : 1.0f;
         lanes3_set(&s->reflectance, i, b->reflectance);
-    } else if (has_kernel(b) && !has_photons) {
+    } else if (has_kernel(b)) {
         bool is_plastic = b->kind == BSDF_ROUGH_PLASTIC;
         enum facet_list list = is_plastic                         ? FACET_PLASTIC_GGX
                                : b->kind == BSDF_ROUGH_DIELECTRIC ? FACET_DIELECTRIC_GGX
@@ -188,6 +195,7 @@ static void look_up_material(struct stream *s, const struct view *v, uint32_t i,
     } else {
         s->scalar[s->n_scalar++] = i;
     }
+    if (has_photons) s->receiver[i] = photon_receiver_kind(b);
 }
 
 /* The photons of the sample that a lane belongs to; NULL: none. */
@@ -198,23 +206,18 @@ static const struct photon_map *lane_photons(const struct stream *s, const struc
 }
 
 /* Adds caustics, where the surface receives them. */
-static void gather(struct stream *s, const struct view *v, const struct trace_settings *t,
-                   uint32_t i, int32_t depth)
+static void gather(struct stream *s, const struct trace_settings *t, uint32_t i, int32_t depth)
 {
-    const struct bsdf_point *b = s->bsdf[i];
-    const bool is_plain = v->materials[v->state.shape_bsdfs[s->shape[i]->index]].is_plain;
-    const bool is_diffuse = is_plain || bsdf_is_diffuse(b);
-    uint32_t path = s->path[i];
-    s->is_caster[i] = !is_diffuse && photon_is_caster(b);
-    if (s->is_caster[i]) return;
-    if (is_diffuse) s->met[i] = PATH_RECEIVER; /* where the path has been is told already */
+    const bool is_diffuse = s->receiver[i] == RECEIVER_DIFFUSE;
+    const uint32_t path = s->path[i];
+    if (s->receiver[i] == RECEIVER_NONE) return;
     const struct photon_receiver at = {.p = lanes3_get(&s->p, i),
                                        .n = lanes3_get(&s->normal, i),
                                        .frame = {lanes3_get(&s->frame_s, i),
                                                  lanes3_get(&s->frame_t, i),
                                                  lanes3_get(&s->frame_n, i)},
                                        .wi = lanes3_get(&s->wi, i),
-                                       .bsdf = is_diffuse ? NULL : b,
+                                       .bsdf = is_diffuse ? NULL : s->bsdf[i],
                                        .reflectance = lanes3_get(&s->reflectance, i),
                                        .side = s->bsdf_side[i]};
     const struct photon_split split = {.to = s->groups ? s->groups + s->place[path] : NULL,
@@ -225,6 +228,12 @@ static void gather(struct stream *s, const struct view *v, const struct trace_se
                                             s->groups ? &split : NULL);
     caustic = vec3_mul(split.throughput, caustic);
     lanes3_set(&s->radiance, path, vec3_add(lanes3_get(&s->radiance, path), caustic));
+}
+
+void stream_gather(struct stream *s, const struct trace_settings *t, int32_t depth)
+{
+    for (uint32_t i = 0; i < s->n; i++)
+        if (s->is_alive[i]) gather(s, t, i, depth);
 }
 
 /* Memory is asked for what a lane will read while lanes before it are worked on: the numbers of its
@@ -259,8 +268,7 @@ static void prefetch_corners(const struct arrivals *a, const struct stream *s, u
     }
 }
 
-static void arrive_lane(struct arrivals *a, struct stream *s, const struct view *v, uint32_t k,
-                        bool has_photons)
+static void arrive_lane(struct arrivals *a, struct stream *s, const struct view *v, uint32_t k)
 {
     const struct view_shape *shape = a->shape[k];
     uint32_t i = a->lane[k];
@@ -274,7 +282,7 @@ static void arrive_lane(struct arrivals *a, struct stream *s, const struct view 
         texture_prefetch(&v->textures, spot);
     }
     if (shape->is_textured) a->textured[a->n_textured++] = i;
-    if (shape->is_special || has_photons) a->special[a->n_special++] = i;
+    if (shape->is_special) a->special[a->n_special++] = i;
 }
 
 /* Looks up the k-th of the colours. */
@@ -293,7 +301,7 @@ static void color_lane(const struct arrivals *a, struct stream *s, const struct 
 /* Finds the lanes that something is left to do for, and lets go those that have hit nothing. The
  * number of lanes that are alive. */
 static uint32_t find_arrivals(struct arrivals *a, struct stream *s, const struct view *v,
-                              const struct trace_settings *t, bool shows_emitters, bool has_photons)
+                              const struct trace_settings *t, bool shows_emitters)
 {
     const bool is_few = few_is_used(&v->few);
     uint32_t n_alive = 0, n = 0, lanes[STREAM_SIZE];
@@ -301,7 +309,7 @@ static uint32_t find_arrivals(struct arrivals *a, struct stream *s, const struct
     if (is_few) {
         bool is_surrounded = v->first_environment < v->n_lights;
         v->world->kernels->few_arrive(s, &v->few, is_surrounded);
-        if (!has_photons) takes_part = s->is_special;
+        takes_part = s->is_special;
     }
     for (uint32_t i = 0; i < s->n; i++) {
         lanes[n] = i;
@@ -331,12 +339,13 @@ bool stream_arrive(struct stream *s, const struct view *v, const struct trace_se
     a.n = a.n_textured = a.n_special = 0;
     s->n_scalar = 0;
     memset(s->n_facets, 0, sizeof s->n_facets);
-    if (find_arrivals(&a, s, v, t, shows_emitters, has_photons) == 0) return false;
+    if (has_photons) memset(s->receiver, RECEIVER_DIFFUSE, sizeof s->receiver);
+    if (find_arrivals(&a, s, v, t, shows_emitters) == 0) return false;
     uint32_t n_looked_up = 0;
     for (uint32_t k = 0; k < a.n + 2 * STEP_AHEAD; k++) {
         if (k < a.n) prefetch_indices(&a, s, v, k);
         if (k >= STEP_AHEAD && k - STEP_AHEAD < a.n) prefetch_corners(&a, s, k - STEP_AHEAD);
-        if (k >= 2 * STEP_AHEAD) arrive_lane(&a, s, v, k - 2 * STEP_AHEAD, has_photons);
+        if (k >= 2 * STEP_AHEAD) arrive_lane(&a, s, v, k - 2 * STEP_AHEAD);
         if (!is_last && n_looked_up + STEP_AHEAD < a.n_textured)
             color_lane(&a, s, v, n_looked_up++);
     }
@@ -352,7 +361,6 @@ bool stream_arrive(struct stream *s, const struct view *v, const struct trace_se
             emit(s, v, t, i);
         if (is_last) continue;
         if (!m->is_plain) look_up_material(s, v, i, bsdf, has_photons);
-        if (has_photons) gather(s, v, t, i, depth);
     }
     return !is_last;
 }

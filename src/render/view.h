@@ -139,7 +139,7 @@ struct trace_output {
      * where it stays with the rest. */
     uint32_t chain_group;
     /* Not NULL: paths are cut, what lies beyond their ends is left out of all light, and the ends
-     * are appended here, in an order of no meaning. Without photons, on one thread. */
+     * are appended here, in an order of no meaning. On one thread. */
     struct path_ends *ends;
     struct trace_clock *clock; /* NULL, or what to add to */
 };

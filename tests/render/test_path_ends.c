@@ -7,6 +7,7 @@
 #include "base/rng.h"
 #include "made_scene.h"
 #include "picture.h"
+#include "render/photon.h"
 
 #include "../image/cmocka_all.h" /* last: its macro fail() hides ours */
 
@@ -61,13 +62,24 @@ static struct vec3 scattered(const struct view *v, const struct trace_settings *
     return vec3_sub(vec3_load(color), vec3_load(buffers + BUFFER_EMISSION));
 }
 
+/* Caustics of the metal that is passed on. */
+static struct photon_map *send_photons(const struct view *v, const struct trace_settings *t)
+{
+    struct photon_map *m;
+    struct error err = {""};
+    if (photon_map_new(20000, &m, &err)) fail_msg("%s", err.text);
+    photon_map_trace(m, v, NULL, t, 0);
+    photon_map_build(m, photon_map_typical_radius(m, 4.0f));
+    assert_true(m->n > 1000);
+    return m;
+}
+
 /* Cut paths with the light beyond their ends have the mean of whole ones; without it they are
  * darker. */
-static void nothing_is_lost(void **state)
+static void check_nothing_is_lost(bool has_photons)
 {
-    (void)state;
     static float cut[N][3], whole[N][3];
-    static double beyond[N];
+    double beyond[N] = {0};
     struct pixel_at pixels[N];
     struct made_scene *m = made_box();
     struct view *v = made_view(m);
@@ -75,8 +87,12 @@ static void nothing_is_lost(void **state)
     struct path_ends list = no_ends();
     struct trace_output out = {.color = cut[0], .ends = &list};
     double sum = 0, squares = 0, dark = 0, all = 0;
+    struct photon_map *photons = has_photons ? send_photons(v, &t) : NULL;
     scatter(pixels);
+    t.photons[0] = t.photons[1] = photons;
     view_trace_pixels(v, &t, WIDTH, HEIGHT, pixels, N, &out);
+    photon_map_free(photons);
+    t.photons[0] = t.photons[1] = NULL;
     assert_true(list.n > MOST / 2 && list.n < MOST);
     for (uint32_t i = 0; i < list.n; i++) {
         const struct path_end *end = &ends[i];
@@ -109,6 +125,18 @@ static void nothing_is_lost(void **state)
     assert_true(deviation < 0.01 * all); /* so that it would be noticed */
     assert_true(dark < 0.9 * all);
     made_scene_free(m);
+}
+
+static void nothing_is_lost(void **state)
+{
+    (void)state;
+    check_nothing_is_lost(false);
+}
+
+static void nothing_is_lost_with_photons(void **state)
+{
+    (void)state;
+    check_nothing_is_lost(true);
 }
 
 /* What buffers say of an end is what they say of its ray. */
@@ -207,9 +235,8 @@ static void rays_stand_for_pixels(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nothing_is_lost),
-        cmocka_unit_test(ends_are_seen),
-        cmocka_unit_test(lists_are_bounded),
+        cmocka_unit_test(nothing_is_lost),       cmocka_unit_test(nothing_is_lost_with_photons),
+        cmocka_unit_test(ends_are_seen),         cmocka_unit_test(lists_are_bounded),
         cmocka_unit_test(rays_stand_for_pixels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

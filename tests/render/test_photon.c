@@ -6,6 +6,7 @@
 
 #include "base/mem.h"
 #include "base/pool.h"
+#include "base/rng.h"
 #include "made_scene.h"
 #include "math/warp.h"
 #include "picture.h"
@@ -46,6 +47,62 @@ static void mirrored_light(void **state)
     if (fabs(found / expected - 1.0) > 0.01) fail_msg("%g instead of %g", found, expected);
     picture_release(&p);
     made_scene_free(m);
+}
+
+/* Irradiance of a floor by the map, summed over it, and the largest. */
+static double sum_over_floor(const struct photon_map *m, double *most)
+{
+    enum { SIDE = 400 };
+    double sum = 0;
+    *most = 0;
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const struct vec3 up = {0, 0, 1};
+        const float x = 2.0f * ((float)(i % SIDE) + 0.5f) / SIDE - 1.0f;
+        const float y = 2.0f * ((float)i / SIDE) / SIDE - 1.0f;
+        const struct photon_receiver at = {.p = {x, y, 0},
+                                           .n = up,
+                                           .frame = frame_from_normal(up),
+                                           .wi = up,
+                                           .reflectance = vec3_splat(MATH_PI),
+                                           .side = 1.0f};
+        const double light = (double)photon_map_gather(m, &at, -1, NULL).x;
+        sum += light * 4 / (SIDE * SIDE);
+        *most = fmax(*most, light);
+    }
+    return sum;
+}
+
+/* Photons that spread less bring the same light, those in a crowd to a smaller place. */
+static void sharper(void **state)
+{
+    (void)state;
+    enum { CROWD = 60, ALONE = 20 };
+    struct photon_map *m;
+    struct error err = {""};
+    double most, sharp_most;
+    if (photon_map_new(CROWD + ALONE, &m, &err)) fail_msg("%s", err.text);
+    for (uint32_t i = 0; i < CROWD + ALONE; i++) {
+        struct rng r = rng_keyed(1, i, 0);
+        const float reach = i < CROWD ? 0.05f : 0.8f;
+        const float x = reach * (2.0f * rng_float(&r) - 1.0f);
+        m->landed[i] = (struct photon){.p = {x, reach * (2.0f * rng_float(&r) - 1.0f), 0},
+                                       .n = {0, 0, 1},
+                                       .wo = {0, 0, 1},
+                                       .power = vec3_splat(1.0f),
+                                       .n_casters = 1};
+    }
+    photon_map_build(m, 0.15f);
+    const double wide = sum_over_floor(m, &most);
+    photon_map_sharpen(m, 3.0f);
+    const double sharp = sum_over_floor(m, &sharp_most);
+    for (uint32_t i = 0; i < m->n; i++) {
+        const bool is_alone = fabsf(m->photons[i].p.x) > 0.3f || fabsf(m->photons[i].p.y) > 0.3f;
+        if (is_alone) assert_float_equal(m->photons[i].radius2, 0.15f * 0.15f, 1e-6f);
+    }
+    if (fabs(wide - CROWD - ALONE) > 0.5 || fabs(sharp - CROWD - ALONE) > 2)
+        fail_msg("%g and %g instead of %d", wide, sharp, CROWD + ALONE);
+    assert_true(sharp_most > 3 * most);
+    photon_map_free(m);
 }
 
 /* A room with a ball, lit by a panel; or by the sky. */
@@ -231,9 +288,9 @@ static void where_they_help(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(mirrored_light),  cmocka_unit_test(paths_agree),
-        cmocka_unit_test(streams_agree),   cmocka_unit_test(same_bytes),
-        cmocka_unit_test(where_they_help),
+        cmocka_unit_test(mirrored_light), cmocka_unit_test(sharper),
+        cmocka_unit_test(paths_agree),    cmocka_unit_test(streams_agree),
+        cmocka_unit_test(same_bytes),     cmocka_unit_test(where_they_help),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -31,13 +31,16 @@
  * of it, with means in y = (a + b) / 2,
  *
  *   1/2 (f - a)^2 / D(b) + 1/2 (f - b)^2 / D(a),
- *   D(x) = lum(f) (1/4 lum(f) + 3/4 lum(x)) + 0.01,
+ *   D(x) = lum(f) ((1 - c) lum(f) + c lum(x)) + 0.01,
  *
  * denominators held constant. The noise of neither half meets its own denominator, so that the
  * minimum is the mean of noisy estimates: L1 of logarithms loses rare bright samples (method 3.2).
  * lum(f)^2 alone (NRC 2021, Eq. 6) takes ten times too bright for no worse than black, and paints
- * what it cannot resolve, the sharp image of a lamp, over its surroundings. The gradient by an
- * output is bounded: a single sample in thousands must not upset Adam.
+ * what it cannot resolve, the sharp image of a lamp, over its surroundings; lum(x) makes less of
+ * light that it cannot resolve. The gradient by an output is bounded, by 12 / c where 2 stands for
+ * twice as much light as there is: a single sample in thousands must not upset Adam. But a bound
+ * takes light from what few samples bring. So there is a caution c: 3/4 at first, then less where
+ * the network will resolve what it sees.
  *
  * Beside it s learns the mean of that loss, noise included, by the likelihood of an exponential
  * distribution, log s + loss / s; it reads the last layer and teaches it nothing.
@@ -46,6 +49,7 @@
  * layer after layer W row-major [n_out][n_in], columns in the order above, and b [n_out].
  */
 enum { FIELD_MAX_LIGHTS = 8 };
+#define FIELD_CAUTION 0.75f
 
 struct field_config {
     uint32_t n_grids; /* G, 0 .. 64, all of the same kind */
@@ -56,7 +60,7 @@ struct field_config {
     uint32_t width;       /* W, 1 .. 512 */
     uint32_t depth;       /* 1 .. 16 */
     uint32_t max_pixels;  /* of a batch for training; 0: no training, and no memory for it */
-    bool ignores_halves;  /* training: D(x) = lum(f)^2 + 0.01 */
+    bool ignores_halves;  /* training: D(x) = lum(f)^2 + 0.01, with the bounds of c */
 };
 
 /* Pixels of one configuration. The arrays are the caller's. */
@@ -69,9 +73,10 @@ struct field_run {
     const float *lights;    /* [L][3]; NULL: all 1 */
 
     /* Training only. */
-    const float *targets; /* [n][3], radiance: y */
-    const float *weights; /* [n] in the mean of the loss; NULL: all 1 */
-    const float *halves;  /* [n][3]: (a - b) / 2; NULL: 0 */
+    const float *targets;  /* [n][3], radiance: y */
+    const float *weights;  /* [n] in the mean of the loss; NULL: all 1 */
+    const float *halves;   /* [n][3]: (a - b) / 2; NULL: 0 */
+    const float *cautions; /* [n]: c, above 0; NULL: all FIELD_CAUTION */
 };
 
 struct pool;

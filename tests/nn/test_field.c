@@ -31,6 +31,7 @@ struct data {
     float positions[MOST_PIXELS][GRIDS][3], features[MOST_PIXELS][FEATURES];
     float scale[MOST_PIXELS][3], targets[MOST_PIXELS][3], v[N_RUNS][VARIABLES];
     float lights[N_RUNS][LIGHTS][3], weights[MOST_PIXELS], halves[MOST_PIXELS][3];
+    float cautions[MOST_PIXELS];
     struct field_run runs[N_RUNS];
 };
 
@@ -48,6 +49,7 @@ static void fill(struct data *d)
             d->halves[i][c] = 0.4f * (rng_float(&r) - 0.5f);
         }
         d->weights[i] = 0.2f + 2.0f * rng_float(&r);
+        d->cautions[i] = 0.1f + 0.6f * rng_float(&r);
     }
     for (int i = 0; i < N_RUNS; i++) {
         for (int k = 0; k < VARIABLES; k++) d->v[i][k] = rng_float(&r);
@@ -61,7 +63,8 @@ static void fill(struct data *d)
                                         .v = d->v[i],
                                         .lights = i == 1 ? NULL : d->lights[i][0],
                                         .weights = i == 1 ? NULL : d->weights + at,
-                                        .halves = i == 1 ? NULL : d->halves[at]};
+                                        .halves = i == 1 ? NULL : d->halves[at],
+                                        .cautions = i == 1 ? NULL : d->cautions + at};
 
         at += n_pixels[i];
     }
@@ -166,14 +169,15 @@ static double plain_loss(const double *weights, const double *held, const struct
             plain_pixel(weights, held, run, k, f, &s);
             plain_pixel(held, held, run, k, h, &s_held);
             const double weight = run->weights ? (double)run->weights[k] : 1;
+            const double caution = run->cautions ? (double)run->cautions[k] : 0.75;
             double y[2][3], per[2]; /* of both halves */
             for (int half = 0; half < 2; half++) {
                 for (uint32_t c = 0; c < 3; c++) {
                     const double off = run->halves ? (double)run->halves[3 * k + c] : 0;
                     y[half][c] = (double)run->targets[3 * k + c] + (half == 0 ? off : -off);
                 }
-                per[half] = 1 /
-                            (luminance(h) * (luminance(h) / 4 + 3 * luminance(y[half]) / 4) + 0.01);
+                const double l = luminance(h);
+                per[half] = 1 / (l * ((1 - caution) * l + caution * luminance(y[half])) + 0.01);
             }
             for (uint32_t c = 0; c < 3; c++) {
                 loss += 0.5 * (f[c] - y[0][c]) * (f[c] - y[0][c]) * per[1] +

@@ -63,6 +63,7 @@ static uint32_t set_runs(const struct stored *r, const struct field_config *c,
     uint32_t n = 0;
     *n_runs = (uint32_t)json_array_size(list);
     assert_in_range(*n_runs, 1, MAX_RUNS);
+    memset(runs, 0, *n_runs * sizeof *runs);
     for (uint32_t i = 0; i < *n_runs; i++) {
         runs[i].n = (uint32_t)json_integer_value(json_array_get(list, i));
         n += runs[i].n;

@@ -283,21 +283,23 @@ enum {
 };
 
 enum {
-    LMN_INTEGRATOR_PATH = 0,    /* path tracing alone, as the paper */
+    LMN_INTEGRATOR_PATH = 0,    /* path tracing alone, as the paper: faithful's */
     LMN_INTEGRATOR_PHOTONS = 1, /* caustics by photons: "path+photons" of lmn_scene_trace() */
-    LMN_INTEGRATOR_AUTO = 2     /* photons if some configuration wants them, for all then */
+    LMN_INTEGRATOR_AUTO = 2     /* photons if some configuration wants them, for all then:
+                                   improved's */
 };
 
 /* Ablations: parts of the improved method that can be left out. */
 enum {
-    LMN_WITHOUT_FRAMES = 1,   /* grids and features in the frames of what moves */
-    LMN_WITHOUT_LIGHTS = 2,   /* where lights are, and what is on the way to them */
-    LMN_WITHOUT_POWERS = 4,   /* variables of lights' powers are inputs like any other */
-    LMN_WITHOUT_ALBEDO = 8,   /* radiance is not divided by albedo */
-    LMN_WITHOUT_CUTS = 16,    /* light paths are traced to their ends */
-    LMN_WITHOUT_HALVES = 32,  /* errors are relative to the prediction alone */
-    LMN_WITHOUT_REPLAY = 64,  /* no pixel is learnt twice */
-    LMN_WITHOUT_AVERAGE = 128 /* the weights shown are the last */
+    LMN_WITHOUT_FRAMES = 1,    /* grids and features in the frames of what moves */
+    LMN_WITHOUT_LIGHTS = 2,    /* where lights are, and what is on the way to them */
+    LMN_WITHOUT_POWERS = 4,    /* variables of lights' powers are inputs like any other */
+    LMN_WITHOUT_ALBEDO = 8,    /* radiance is not divided by albedo */
+    LMN_WITHOUT_CUTS = 16,     /* light paths are traced to their ends */
+    LMN_WITHOUT_HALVES = 32,   /* errors are relative to the prediction alone */
+    LMN_WITHOUT_REPLAY = 64,   /* no pixel is learnt twice */
+    LMN_WITHOUT_AVERAGE = 128, /* the weights shown are the last */
+    LMN_WITHOUT_PHOTONS = 256  /* caustics by paths alone, whatever the integrator */
 };
 
 /* Fill with lmn_train_options_init(), which gives the paper's values, or for the improved method
@@ -338,7 +340,7 @@ typedef struct lmn_train_options {
     uint32_t spp; /* 0: the scene's */
     uint32_t has_max_depth, has_rr_depth;
     int32_t max_depth, rr_depth;
-    uint32_t integrator; /* LMN_INTEGRATOR_*, of training patches and the references of tests */
+    uint32_t integrator; /* LMN_INTEGRATOR_*, of training and of the references of tests */
     uint32_t method;     /* LMN_METHOD_* */
     uint32_t without;    /* sum of LMN_WITHOUT_*; improved only */
 } lmn_train_options;

@@ -9,6 +9,7 @@
 #include "base/pool.h"
 #include "base/rng.h"
 #include "scene/assign.h"
+#include "train/caustics.h"
 #include "train/inputs.h"
 #include "train/scout.h"
 #include "train/tails.h"
@@ -19,12 +20,14 @@ enum {
     STREAM_BATCH = 0x62617463,
     STREAM_POWERS = 0x706f7765,
     STREAM_WEIGHTS = 0x77656967,
-    STREAM_ROOTS = 0x726f6f74
+    STREAM_ROOTS = 0x726f6f74,
+    STREAM_PHOTONS = 0x70686f74
 };
 
-#define TABLE_RATE 5.0
-#define BETA2      0.99
-#define EPSILON    1e-12
+#define SHARP_ROUGHNESS 0.6f
+#define TABLE_RATE      5.0
+#define BETA2           0.99
+#define EPSILON         1e-12
 
 /* What one worker traces a configuration in, and looks at one again; owned. */
 struct desk {
@@ -34,15 +37,16 @@ struct desk {
     float *color, *groups; /* [n_pixels][3], [2 n_lights][n_pixels][3] */
     float *buffers;        /* [2][n_pixels][BUFFER_CHANNELS] */
     struct ray *rays;      /* [n_roots] */
+    struct caustics caustics;
 };
 
 /* A batch as the network takes it; owned. */
 struct batch {
-    uint32_t *slots;                                        /* [n_batch], of the memory */
-    struct field_run *runs;                                 /* [n_batch] */
-    float *losses, *errors;                                 /* [n_batch] */
-    float *positions, *features, *scale, *targets, *halves; /* [n_batch][n_pixels].. */
-    float *v, *lights;                                      /* [n_batch].. */
+    uint32_t *slots;        /* [n_batch], of the memory */
+    struct field_run *runs; /* [n_batch] */
+    float *losses, *errors; /* [n_batch] */
+    float *positions, *features, *scale, *targets, *halves, *cautions; /* [n_batch][n_pixels].. */
+    float *v, *lights;                                                 /* [n_batch].. */
 };
 
 struct learner {
@@ -81,6 +85,7 @@ void learner_options_init(struct learner_options *o, const lmn_train_options *fr
                                   .n_pixels = 64,
                                   .spp = from->spp > 0 ? from->spp : 16,
                                   .n_roots = 16,
+                                  .n_photons = 64,
                                   .cut_after = 200,
                                   .n_batch = 32,
                                   .memory_mib = from->memory_mib,
@@ -93,6 +98,7 @@ void learner_options_init(struct learner_options *o, const lmn_train_options *fr
                                   .average = 200,
                                   .without = from->without};
     if (from->without & LMN_WITHOUT_CUTS) o->n_roots = 0;
+    if (from->without & LMN_WITHOUT_PHOTONS) o->n_photons = 0;
     if (from->without & LMN_WITHOUT_REPLAY) o->n_batch = o->n_fresh;
     if (from->without & LMN_WITHOUT_AVERAGE) o->average = 1;
 }
@@ -120,6 +126,10 @@ static lmn_status take_desk(struct learner *l, struct desk *d, struct error *err
     d->rays = take(l, l->options.n_roots + 1, sizeof *d->rays, &is_short);
     if (is_short) return fail_memory(err, "the learner");
     lmn_status status = scene_state_init(l->place.scene, &d->state, err);
+    if (status == LMN_OK && l->options.n_photons > 0) {
+        status = caustics_init(&d->caustics, l->options.n_photons, err);
+        if (status == LMN_OK) l->stats.memory_bytes += caustics_memory_size(&d->caustics);
+    }
     return status == LMN_OK ? view_new(l->place.world, &d->view, err) : status;
 }
 
@@ -137,6 +147,7 @@ static bool take_batch(struct learner *l)
     b->scale = take(l, n_pixels, sizeof(float[3]), &is_short);
     b->targets = take(l, n_pixels, sizeof(float[3]), &is_short);
     b->halves = take(l, n_pixels, sizeof(float[3]), &is_short);
+    b->cautions = take(l, n_pixels, sizeof(float), &is_short);
     b->v = take(l, n * l->sight.n_variables + 1, sizeof(float), &is_short);
     b->lights = take(l, n * l->sight.powers.n, sizeof(float[3]), &is_short);
     return !is_short;
@@ -247,11 +258,12 @@ void learner_free(struct learner *l)
         mem_free(d->groups);
         mem_free(d->buffers);
         mem_free(d->rays);
+        caustics_release(&d->caustics);
     }
     const struct batch *b = &l->batch;
     void *const blocks[] = {l->desks,   l->views,  l->gradient, l->average,   l->kept,     b->slots,
                             b->runs,    b->losses, b->errors,   b->positions, b->features, b->scale,
-                            b->targets, b->halves, b->v,        b->lights};
+                            b->targets, b->halves, b->cautions, b->v,         b->lights};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) mem_free(blocks[i]);
     memory_release(&l->memory);
     scout_free(l->scout);
@@ -302,6 +314,7 @@ static void trace_half(struct learner *l, struct desk *d, const struct errand *e
     struct trace_output output = {.color = d->color, .buffers = buffers};
     t.seed = rng_keyed(l->options.seed ^ STREAM_TRACE, serial, e->rays != NULL).state;
     t.first_sample = e->half * t.spp;
+    if (l->options.n_photons > 0) t.photons[0] = t.photons[1] = d->caustics.maps[e->half];
     if (e->rays) t.max_depth = root_depth(l, serial);
     if (n_lights > 1) {
         memset(d->groups, 0, 2 * (size_t)n * n_lights * sizeof(float[3]));
@@ -334,6 +347,13 @@ static uint32_t pick_roots(const struct learner *l, struct desk *d, uint32_t ite
     return l->options.n_roots;
 }
 
+static void trace_photons(const struct learner *l, struct desk *d, uint32_t item)
+{
+    struct trace_settings t = l->trace;
+    t.seed = rng_keyed(l->options.seed ^ STREAM_PHOTONS, l->memory.n_added + item, 0).state;
+    caustics_trace(&d->caustics, d->view, &t);
+}
+
 /* The i-th of the step, into the memory's next slots. */
 static void trace_configuration(void *ctx, uint32_t item, uint32_t worker)
 {
@@ -349,6 +369,7 @@ static void trace_configuration(void *ctx, uint32_t item, uint32_t worker)
     const float *u = scout_u(l->scout, item);
     struct errand e = {.item = item, .is_cut = is_cut, .n = n};
     view_set(d->view, u);
+    if (l->options.n_photons > 0) trace_photons(l, d, item);
     if (is_cut) {
         tails_clear(l->tails, item);
         e.n = n - l->options.n_roots;
@@ -441,6 +462,17 @@ static uint64_t serial_of(const struct memory *m, uint32_t slot)
     return last - (at >= slot ? at - slot : at + m->capacity - slot);
 }
 
+/* How far the network's word is trusted where it learns: smooth surfaces show lamps too sharp for
+ * it for ever; elsewhere caution falls as the square of the learning rate. */
+static void set_cautions(const struct learner *l, const float *buffers, uint32_t n, float *cautions)
+{
+    const float late = (float)(1.0 + (double)l->stats.step / l->options.warm_steps);
+    for (uint32_t i = 0; i < n; i++) {
+        const bool is_sharp = buffers[i * BUFFER_CHANNELS + BUFFER_ROUGHNESS] < SHARP_ROUGHNESS;
+        cautions[i] = is_sharp ? FIELD_CAUTION : FIELD_CAUTION / late;
+    }
+}
+
 /* What the memory holds of a configuration, as the network takes it: under other powers of its
  * lights each time. */
 static void prepare_run(void *ctx, uint32_t item, uint32_t worker)
@@ -461,6 +493,7 @@ static void prepare_run(void *ctx, uint32_t item, uint32_t worker)
     sight_recall(m->kept + (size_t)slot * n * SIGHT_KEPT, n, d->buffers);
     sight_look(&l->sight, &d->state, d->buffers, n, b->positions + first * l->sight.n_positions * 3,
                b->features + first * l->sight.n_features, b->scale + 3 * first);
+    set_cautions(l, d->buffers, n, b->cautions + first);
     sight_variables(&l->sight, d->u, v);
     const uint64_t serial = serial_of(m, slot);
     if (cuts_paths(l, serial / l->options.n_fresh)) {
@@ -477,7 +510,8 @@ static void prepare_run(void *ctx, uint32_t item, uint32_t worker)
                                        .lights = lights,
                                        .targets = b->targets + 3 * first,
                                        .weights = m->weights + (size_t)slot * n,
-                                       .halves = b->halves + 3 * first};
+                                       .halves = b->halves + 3 * first,
+                                       .cautions = b->cautions + first};
 }
 
 static void step_weights(struct learner *l)

@@ -106,7 +106,7 @@ lmn_status model_eval(struct model *m, const lmn_eval_options *options, lmn_prog
     if (m->options.has_max_depth) trace.max_depth = m->options.max_depth;
     if (m->options.has_rr_depth) trace.rr_depth = m->options.rr_depth;
     TRY(test_set_init(&set, m->place.scene, options, &trace, err));
-    TRY(tracing_has_photons(&m->options, &m->place, &trace, &set.has_photons, err));
+    TRY(tracing_has_photons(m->options.integrator, &m->place, &trace, &set.has_photons, err));
     TRY(test_set_trace(&set, &m->place, progress, progress_user, err));
     TRY(test_set_evaluate(&set, &m->painter, out, each, sheet, err));
 done:

@@ -53,7 +53,7 @@ static const struct field fields[] = {
     FIELD(I32, rr_depth, 0, 0, 1e9),
     FIELD(U32, integrator, LMN_INTEGRATOR_PATH, 0, 2),
     FIELD(U32, method, LMN_METHOD_FAITHFUL, 0, 1),
-    FIELD(U32, without, 0, 0, 255),
+    FIELD(U32, without, 0, 0, 511),
 };
 enum { N_FIELDS = sizeof fields / sizeof fields[0] };
 
@@ -129,6 +129,7 @@ void options_init_method(lmn_train_options *o, uint32_t method)
     o->depth = 4;
     o->learning_rate = 5e-3;
     o->spp = 8;
+    o->integrator = LMN_INTEGRATOR_AUTO;
     o->resolution_max = 16384; /* pixels that are points */
     o->memory_mib = 256;
 }
@@ -136,10 +137,6 @@ void options_init_method(lmn_train_options *o, uint32_t method)
 /* What goes together in the improved method. */
 static lmn_status check_improved(const lmn_train_options *o, struct error *err)
 {
-    if (o->integrator != LMN_INTEGRATOR_PATH)
-        return fail(err, LMN_ERR_ARGUMENT,
-                    "training option integrator = %u: the improved method traces paths alone",
-                    o->integrator);
     if (o->depth < 1 || o->depth > 16 || o->width > 512)
         return fail(err, LMN_ERR_ARGUMENT,
                     "training options width = %u, depth = %u: the improved method takes widths up "

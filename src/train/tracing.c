@@ -6,15 +6,15 @@
 
 enum { TRIALS = 8, PASS_SPP = 32, PATHS_PER_PHOTON = 8, MIN_PHOTONS = 1 << 11 };
 
-lmn_status tracing_has_photons(const lmn_train_options *o, const struct workplace *place,
+lmn_status tracing_has_photons(uint32_t integrator, const struct workplace *place,
                                const struct trace_settings *t, bool *out, struct error *err)
 {
     lmn_status status = LMN_OK;
     const struct scene *s = place->scene;
     struct view *view = NULL;
     float *u = NULL;
-    *out = o->integrator == LMN_INTEGRATOR_PHOTONS;
-    if (o->integrator != LMN_INTEGRATOR_AUTO) return LMN_OK;
+    *out = integrator == LMN_INTEGRATOR_PHOTONS;
+    if (integrator != LMN_INTEGRATOR_AUTO) return LMN_OK;
     u = mem_new((size_t)s->n_variables + 1, sizeof *u);
     if (!u) {
         status = fail_memory(err, "tracing");

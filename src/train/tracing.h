@@ -12,8 +12,9 @@
  */
 
 /* With photons? Where that is left to the scene: when its default configuration wants them, or one
- * of a few drawn at random. A function of the scene and the options alone. */
-lmn_status tracing_has_photons(const lmn_train_options *o, const struct workplace *place,
+ * of a few drawn at random. A function of the scene and the settings alone.
+ * integrator: LMN_INTEGRATOR_*. */
+lmn_status tracing_has_photons(uint32_t integrator, const struct workplace *place,
                                const struct trace_settings *t, bool *out, struct error *err);
 
 /* Photons in each map of a patch of n_pixels, traced with spp samples. */

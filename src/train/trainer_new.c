@@ -123,8 +123,6 @@ static lmn_status new_faithful(struct trainer *t, uint32_t dim, struct error *er
                                           .patch_size = o->patch_size};
     TRY(replay_room(t, &capacity, err));
 
-    TRY(tracing_has_photons(o, &t->place, &t->trace, &t->has_photons, err));
-
     TRY(generator_new(&t->config, t->place.pool, t->place.cpu, &t->generator, err));
     generator_init(t->generator, rng_mix(o->seed ^ STREAM_WEIGHTS));
     if (o->no_preconditioning)
@@ -162,6 +160,7 @@ static lmn_status new_improved(struct trainer *t, struct error *err)
     struct learner_options o;
     struct learner_stats stats;
     learner_options_init(&o, &t->options);
+    if (!t->has_photons) o.n_photons = 0;
     t->config.n_variables = t->place.scene->n_variables;
     lmn_status status = learner_new(&t->place, &o, &t->trace, &t->learner, err);
     if (status != LMN_OK) return status;
@@ -196,6 +195,7 @@ lmn_status trainer_new(const struct workplace *place, const lmn_train_options *o
     if (o->spp > 0) t->trace.spp = o->spp;
     if (o->has_max_depth) t->trace.max_depth = o->max_depth;
     if (o->has_rr_depth) t->trace.rr_depth = o->rr_depth;
+    TRY(tracing_has_photons(o->integrator, place, &t->trace, &t->has_photons, err));
     TRY(history_init(&t->history, o->n_chains, dim, err));
     if (o->method == LMN_METHOD_IMPROVED)
         TRY(new_improved(t, err));

@@ -171,7 +171,7 @@ static void parts_can_be_left_out(void **state)
     (void)state;
     struct learner *whole = make();
     const struct field_config *all = learner_field_config(whole);
-    for (uint32_t part = LMN_WITHOUT_FRAMES; part <= LMN_WITHOUT_AVERAGE; part *= 2) {
+    for (uint32_t part = LMN_WITHOUT_FRAMES; part <= LMN_WITHOUT_PHOTONS; part *= 2) {
         struct learner *l;
         struct learner_stats stats;
         struct error err = {{0}};
@@ -183,6 +183,7 @@ static void parts_can_be_left_out(void **state)
         from.width = 16;
         from.spp = 4;
         learner_options_init(&o, &from);
+        assert_int_equal(o.n_photons == 0, part == LMN_WITHOUT_PHOTONS);
         o.n_pixels = 32;
         o.cut_after = 2;
         if (make_with(&o, &l, &err) != LMN_OK) fail_msg("%u: %s", part, err.text);

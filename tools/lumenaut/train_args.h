@@ -9,8 +9,8 @@ struct train_args {
     struct scene_args scene;
     lmn_train_options options;
     struct {
-        uint32_t method, width, depth, learning_rate, memory, spp,
-            resolution_max; /* 1: on the command line */
+        uint32_t method, width, depth, learning_rate, memory, spp, resolution_max,
+            integrator; /* 1: on the command line */
     } given;
     const char *output, *from;
     /* when to stop: the first that is reached; 0, NULL: not asked for */

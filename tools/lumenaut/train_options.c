@@ -308,10 +308,12 @@ static const struct arg_option tracing_options[] = {
     {.name = "integrator",
      .type = ARG_CHOICE,
      .argument = "NAME",
-     .help = "how training patches and references are traced; photons bring caustics, auto uses "
+     .help = "how training images and references are traced; photons bring caustics, auto uses "
              "them where the scene wants them",
      .choices = "path path+photons auto",
-     .offset = offsetof(lmn_train_options, integrator)},
+     .fallback = "path; improved: auto",
+     .offset = offsetof(lmn_train_options, integrator),
+     .given = GIVEN(integrator)},
 };
 
 const struct arg_group train_groups[] = {
@@ -381,6 +383,7 @@ const char *train_args_finish(struct train_args *a)
     if (!a->given.memory) o->memory_mib = improved.memory_mib;
     if (!a->given.spp) o->spp = improved.spp;
     if (!a->given.resolution_max) o->resolution_max = improved.resolution_max;
+    if (!a->given.integrator) o->integrator = improved.integrator;
     return NULL;
 }
 

@@ -56,7 +56,6 @@ cmp a.pfm b.pfm
 # its own options only, and a network of the scene's shape
 code 2 train -o x.lmn --steps 1 --chains 3 2>&1
 code 2 train --method improved -o x.lmn --steps 1 --depth 0 2>&1
-code 2 train --method improved -o x.lmn --steps 1 --integrator auto 2>&1
 code 2 train --method improved -o x.lmn --steps 1 --explore loss-only 2>&1
 [ ! -e x.lmn ]
 /usr/bin/python3 - <<'END'

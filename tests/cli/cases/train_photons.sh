@@ -19,7 +19,22 @@ end=$((step + 10))
 train -o whole.lmn --steps $end --integrator path+photons
 cmp killed.lmn whole.lmn
 
-# path is the default, and what a file without the option means
+# the improved method, which may look by itself
+small="--width 16 --depth 1 --memory 4 --resolution-max 48 --spp 2 --eval-every never"
+improve() { "$lumenaut" train "$scene" -q $small "$@"; }
+improve -o sharp.lmn --steps 12 -t 1 --integrator path+photons
+improve -o alike.lmn --steps 12 -t 2 --integrator path+photons
+improve -o apart.lmn --steps 5 --integrator path+photons
+"$lumenaut" train "$scene" -q -o apart.lmn --steps 12 --resume
+improve -o blunt.lmn --steps 12 --integrator path
+cmp sharp.lmn alike.lmn
+cmp sharp.lmn apart.lmn
+! cmp -s sharp.lmn blunt.lmn
+improve -o looked.lmn --steps 12
+improve -o named.lmn --steps 12 --integrator auto
+cmp looked.lmn named.lmn
+
+# path is the faithful method's default, and what a file without the option means
 train -o plain.lmn --steps 20
 train -o path.lmn --steps 20 --integrator path
 cmp plain.lmn path.lmn

@@ -49,7 +49,7 @@
  * layer after layer W row-major [n_out][n_in], columns in the order above, and b [n_out].
  */
 enum { FIELD_MAX_LIGHTS = 8 };
-#define FIELD_CAUTION 0.75f
+#define FIELD_CAUTION 0.75f /* c at first */
 
 struct field_config {
     uint32_t n_grids; /* G, 0 .. 64, all of the same kind */

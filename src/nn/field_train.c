@@ -10,7 +10,7 @@
 enum { SUM_CHUNK = 1 << 14 };
 
 #define LOSS_EPSILON  0.01f
-#define PULL          12.0f /* of an output, where 2 is twice as much as the truth, or far less */
+#define MOST_PULL     12.0f /* of an output, times its caution: 2 is twice the truth, or far less */
 #define MOST_SURPRISE 30.0f /* a single bright sample must not upset what is expected */
 
 struct pass {
@@ -31,10 +31,11 @@ static float luminance(const float *c)
     return 0.2126f * c[0] + 0.7152f * c[1] + 0.0722f * c[2];
 }
 
-/* What a squared error is divided by, where the other half of the samples has luminance y. */
-static float per(float f, float y, float caution)
+/* What a squared error is divided by, where the other half of the samples has luminance y; `share`
+ * is y's part in it. */
+static float per(float f, float y, float share)
 {
-    return 1.0f / (f * ((1.0f - caution) * f + caution * fmaxf(y, 0.0f)) + LOSS_EPSILON);
+    return 1.0f / (f * ((1.0f - share) * f + share * fmaxf(y, 0.0f)) + LOSS_EPSILON);
 }
 
 /* Would a step against the gradient take an output further beyond its bounds? */
@@ -66,9 +67,9 @@ static void judge(const struct field *f, const struct worker *w, const struct fi
         }
         const float l = luminance(value), ly = luminance(y), l_half = luminance(half);
         const float caution = run->cautions ? run->cautions[first + r] : FIELD_CAUTION;
-        const float trust = f->config.ignores_halves ? 0.0f : caution;
-        const float per_a = per(l, ly + l_half, trust), per_b = per(l, ly - l_half, trust);
-        const float most = PULL / caution * scale * weight;
+        const float share = f->config.ignores_halves ? 0.0f : caution;
+        const float per_a = per(l, ly + l_half, share), per_b = per(l, ly - l_half, share);
+        const float most = MOST_PULL / caution * scale * weight;
         float pull[N_COLORS];
         for (uint32_t c = 0; c < N_COLORS; c++) {
             const float a = value[c] - (y[c] + half[c]), b = value[c] - (y[c] - half[c]);

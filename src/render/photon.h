@@ -29,7 +29,7 @@ static inline bool photon_is_caster(const struct bsdf_point *b)
 }
 
 /* How a surface takes caustics: by Lambert's law, as its material says, not at all. */
-enum photon_receiver_kind { RECEIVER_DIFFUSE, RECEIVER_GLOSSY, RECEIVER_NONE };
+enum photon_receiver_kind { RECEIVER_DIFFUSE = 0, RECEIVER_GLOSSY, RECEIVER_NONE };
 
 static inline enum photon_receiver_kind photon_receiver_kind(const struct bsdf_point *b)
 {

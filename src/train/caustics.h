@@ -7,8 +7,8 @@
 /*
  * Caustics of the configurations that a worker traces: two small maps of photons, one for each half
  * of the samples. A picture wants many thousands of photons; here a few dozen suffice, as each
- * configuration has its own and the network averages over thousands of them. That many are cheaper
- * than the paths of the pixels they light, which find a caustic in one sample of a thousand.
+ * configuration has its own and the network averages over thousands of them. They cost a fraction
+ * of the configuration's paths, which find a caustic seldom and are then far too bright.
  */
 struct caustics {
     struct photon_map *maps[2];
@@ -20,8 +20,8 @@ void caustics_release(struct caustics *c);
 uint64_t caustics_memory_size(const struct caustics *c);
 
 /* Photons of the view's configuration, keyed by the settings' seed, on the calling thread. Each
- * spreads over a circle with a few others, so that what is focused is sharp and what is not makes
- * no noise: path tracing would not have either. */
+ * spreads over a circle with a few others: what is focused stays sharp, and what is not makes
+ * little noise. */
 void caustics_trace(struct caustics *c, const struct view *v, const struct trace_settings *t);
 
 #endif

@@ -249,10 +249,11 @@ typedef struct lmn_trace_options {
     /* The same with groups of one's own: "ceiling=lamp_1,lamp_2;outside=sky"; or NULL. */
     const char *light_group_names;
     /* 1: the buffers describe, behind perfect mirrors, smooth glass, null surfaces and the holes of
-     * masks, the first other surface, to which each sample goes one way at random; six channels
-     * more: "chain_throughput.R".., the product of weights on the way, and "chain_emission.R"..,
-     * what shines along it and on that surface. A pixel's radiance is the mean of emission +
-     * throughput * what the surface scatters. Only with `buffers`. */
+     * masks, the first other surface, to which each sample goes one way at random; seven
+     * channels more: "chain_throughput.R".., the product of weights on the way,
+     * "chain_emission.R".., what shines along it and on that surface, and "chain_length.Y", how
+     * many surfaces are on it. A pixel's radiance is the mean of emission + throughput * what the
+     * surface scatters. Only with `buffers`. */
     uint32_t follow_delta;
     /* 1: append the picture in two parts, "rest.R".. and "seen.R"..: light sources seen directly or
      * by mirrors and glass alone; with light groups each of them so, "NAME.rest.R".. and
@@ -299,7 +300,8 @@ enum {
     LMN_WITHOUT_HALVES = 32,   /* errors are relative to the prediction alone */
     LMN_WITHOUT_REPLAY = 64,   /* no pixel is learnt twice */
     LMN_WITHOUT_AVERAGE = 128, /* the weights shown are the last */
-    LMN_WITHOUT_PHOTONS = 256  /* caustics by paths alone, whatever the integrator */
+    LMN_WITHOUT_PHOTONS = 256, /* caustics by paths alone, whatever the integrator */
+    LMN_WITHOUT_CHAINS = 512   /* mirrors and glass are surfaces like any other */
 };
 
 /* Fill with lmn_train_options_init(), which gives the paper's values, or for the improved method

@@ -154,7 +154,8 @@ static void add(const struct first_hits *f, uint32_t i, uint32_t sample, float *
 static void add_chain(const struct chain *c, uint32_t sample, float *to)
 {
     const float values[CHAIN_CHANNELS] = {c->throughput.x, c->throughput.y, c->throughput.z,
-                                          c->emission.x,   c->emission.y,   c->emission.z};
+                                          c->emission.x,   c->emission.y,   c->emission.z,
+                                          (float)c->n};
     for (uint32_t k = 0; k < CHAIN_CHANNELS; k++) to[k] = (sample > 0 ? to[k] : 0.0f) + values[k];
 }
 
@@ -433,6 +434,30 @@ void buffers_add_stream(const struct view *v, const struct trace_settings *t,
         const size_t place = pixel_place(tile, pixels[i]);
         add(&f, i, samples[i], tile->to + place * BUFFER_CHANNELS);
         if (tile->chain) add_chain(&f.chain[i], samples[i], tile->chain + place * CHAIN_CHANNELS);
+    }
+}
+
+void buffers_follow(const struct view *v, const struct trace_settings *t,
+                    const struct stream_film *film, const struct pixel_at *pixels, uint32_t n,
+                    struct chain_end *ends)
+{
+    struct first_hits f;
+    struct trace_settings settings = *t;
+    uint32_t lanes[STREAM_SIZE];
+    settings.follows_delta = true;
+    for (uint32_t i = 0; i < STREAM_SIZE; i++) lanes[i] = i;
+    for (uint32_t first = 0; first < n; first += f.n) {
+        f.n = 0;
+        for (uint32_t i = first; i < n && f.n < STREAM_SIZE; i++)
+            add_lane(&f, film, pixels[i].x, pixels[i].y, t->first_sample, i);
+        look(&f, v, film);
+        for (uint32_t i = 0, size; i < f.n; i += size) {
+            size = f.n - i < STREAM_PACKET ? f.n - i : STREAM_PACKET;
+            cast(&f, v, i, size);
+        }
+        follow(&f, v, &settings, film, lanes, f.n);
+        for (uint32_t i = 0; i < f.n; i++)
+            ends[first + i] = (struct chain_end){lane_ray(&f, i), f.chain[i].n};
     }
 }
 

@@ -83,6 +83,11 @@ void buffers_add_stream(const struct view *v, const struct trace_settings *t,
                         const struct buffers_tile *tile, const uint32_t *samples,
                         const uint32_t *pixels);
 
+/* As view_follow_pixels(). */
+void buffers_follow(const struct view *v, const struct trace_settings *t,
+                    const struct stream_film *film, const struct pixel_at *pixels, uint32_t n,
+                    struct chain_end *ends);
+
 /* Cuts the paths of a stream that have arrived, after so many bounces, at a rough surface: to
  * s->ends. False when no path is left. */
 bool buffers_cut_paths(const struct view *v, const struct trace_settings *t, struct stream *s,

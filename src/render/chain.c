@@ -3,6 +3,22 @@
 
 #include "render/light.h"
 
+/* By kind, whatever the variables: a blend or a bump map has its parts in the list as well. */
+bool view_has_chains(const struct scene *s)
+{
+    for (uint32_t i = 0; i < s->n_bsdfs; i++) switch (s->defaults.bsdfs[i].kind) {
+        case BSDF_CONDUCTOR:
+        case BSDF_DIELECTRIC:
+        case BSDF_THIN_DIELECTRIC:
+        case BSDF_NULL:
+        case BSDF_MASK:
+            return true;
+        default:
+            break;
+        }
+    return false;
+}
+
 void chain_follow(struct chain *c, const struct view *v, const struct trace_settings *t,
                   struct sampler *sampler, struct ray *ray, struct hit *hit, float *offset)
 {

@@ -15,8 +15,8 @@ const char *const buffer_channel_names[BUFFER_CHANNELS] = {
 };
 
 const char *const chain_channel_names[CHAIN_CHANNELS] = {
-    "chain_throughput.R", "chain_throughput.G", "chain_throughput.B",
-    "chain_emission.R",   "chain_emission.G",   "chain_emission.B",
+    "chain_throughput.R", "chain_throughput.G", "chain_throughput.B", "chain_emission.R",
+    "chain_emission.G",   "chain_emission.B",   "chain_length.Y",
 };
 
 void trace_settings_init(struct trace_settings *t, const struct scene *s)

@@ -22,6 +22,19 @@ void view_trace_pixels(const struct view *v, const struct trace_settings *t, uin
         trace_list(&jobs[k], pixels, n);
 }
 
+void view_follow_pixels(const struct view *v, const struct trace_settings *t, uint32_t full_width,
+                        uint32_t full_height, const struct pixel_at *pixels, uint32_t n,
+                        struct chain_end *ends)
+{
+    const struct window list = {full_width, full_height, 0, 0, n, 1};
+    const struct trace_output nothing = {0};
+    struct job jobs[2];
+    const unsigned before = tile_begin();
+    jobs_init(jobs, v, t, &list, &nothing);
+    buffers_follow(v, t, &jobs[0].film, pixels, n, ends);
+    tile_end(before);
+}
+
 void view_trace_rays(const struct view *v, const struct trace_settings *t, const struct ray *rays,
                      uint32_t n, struct trace_output *out)
 {

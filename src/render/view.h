@@ -98,7 +98,8 @@ extern const char *const buffer_channel_names[BUFFER_CHANNELS]; /* "position.X",
 enum chain_channel {
     CHAIN_THROUGHPUT = 0, /* rgb: radiance = emission + throughput * what the surface scatters */
     CHAIN_EMISSION = 3,   /* rgb, radiance: along the way and of the surface itself */
-    CHAIN_CHANNELS = 6
+    CHAIN_LENGTH = 6,     /* surfaces on the way */
+    CHAIN_CHANNELS = 7
 };
 extern const char *const chain_channel_names[CHAIN_CHANNELS];
 
@@ -158,6 +159,20 @@ void view_trace_pixels(const struct view *v, const struct trace_settings *t, uin
 /* The same for rays in place of pixels: all samples of a pixel start with its ray. */
 void view_trace_rays(const struct view *v, const struct trace_settings *t, const struct ray *rays,
                      uint32_t n, struct trace_output *out);
+
+/* What a pixel's ray meets behind mirrors and glass (chain.h), to trace on from there. */
+struct chain_end {
+    struct ray ray; /* the one that met it */
+    uint32_t n;     /* surfaces on the way, of which the settings' max_depth counts each */
+};
+
+/* Fills ends [n]: each pixel's sample number first_sample. */
+void view_follow_pixels(const struct view *v, const struct trace_settings *t, uint32_t full_width,
+                        uint32_t full_height, const struct pixel_at *pixels, uint32_t n,
+                        struct chain_end *ends);
+
+/* Whether some material of the scene may be followed. */
+bool view_has_chains(const struct scene *s);
 
 /* The plain reference: the same picture, one path after another by path_radiance(), without packets
  * or streams. Slower; tests compare view_trace() with it. */

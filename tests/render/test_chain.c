@@ -188,6 +188,7 @@ static void chains_end(void **state)
     struct result r = follow(view_trace, v, made_settings(m, -1, 1), &w);
     for (size_t i = 0; i < r.n; i++) {
         near("throughput", r.chain[i * CHAIN_CHANNELS], pow((double)0.99f, CHAIN_MAX), 1e-5);
+        assert_true(r.chain[i * CHAIN_CHANNELS + CHAIN_LENGTH] == CHAIN_MAX);
         near("depth", r.buffers[i * BUFFER_CHANNELS + BUFFER_DEPTH], 1 + 2 * CHAIN_MAX, 0.1);
     }
     result_release(&r);
@@ -270,6 +271,82 @@ static void as_the_plain_ones(void **state)
         assert_true(mean_of(a.chain, a.n, CHAIN_CHANNELS, CHAIN_THROUGHPUT) < 0.999);
         result_release(&a);
         result_release(&b);
+        made_scene_free(m);
+    }
+}
+
+/* Pixels of which each is followed once a sample, and what its surface scatters is traced from
+ * there, in the order of lengths. */
+enum { FOLLOWED = 24, FOLLOWED_PIXELS = FOLLOWED * FOLLOWED };
+
+static void add_followed(const struct view *v, struct trace_settings t, double *sums)
+{
+    static float color[FOLLOWED_PIXELS * 3], own[FOLLOWED_PIXELS * BUFFER_CHANNELS];
+    const struct window w = picture_whole(FOLLOWED, FOLLOWED);
+    struct pixel_at pixels[FOLLOWED_PIXELS];
+    struct chain_end ends[FOLLOWED_PIXELS];
+    struct ray rays[FOLLOWED_PIXELS];
+    uint32_t of[FOLLOWED_PIXELS];
+    t.spp = 1;
+    struct result r = follow(view_trace, v, t, &w);
+    for (uint32_t i = 0; i < FOLLOWED_PIXELS; i++)
+        pixels[i] = (struct pixel_at){i % FOLLOWED, i / FOLLOWED};
+    view_follow_pixels(v, &t, FOLLOWED, FOLLOWED, pixels, FOLLOWED_PIXELS, ends);
+    for (uint32_t length = 0, n_done = 0; n_done < FOLLOWED_PIXELS; length++) {
+        struct trace_settings left = t;
+        struct trace_output out = {.color = color, .buffers = own};
+        uint32_t n = 0;
+        for (uint32_t i = 0; i < FOLLOWED_PIXELS; i++)
+            if (ends[i].n == length) of[n++] = i;
+        for (uint32_t k = 0; k < n; k++) rays[k] = ends[of[k]].ray;
+        left.max_depth -= (int32_t)length;
+        left.spp = 2;
+        left.seed = 1000 * t.first_sample + length;
+        if (n > 0) view_trace_rays(v, &left, rays, n, &out);
+        for (uint32_t k = 0; k < n; k++) {
+            const float *chain = r.chain + of[k] * CHAIN_CHANNELS;
+            assert_true(chain[CHAIN_LENGTH] == (float)length);
+            for (uint32_t c = 0; c < 3; c++) {
+                float y = color[3 * k + c] - own[k * BUFFER_CHANNELS + BUFFER_EMISSION + c];
+                sums[3 * of[k] + c] += (double)chain[CHAIN_EMISSION + c] +
+                                       (double)chain[CHAIN_THROUGHPUT + c] * (double)y;
+            }
+        }
+        n_done += n;
+    }
+    result_release(&r);
+}
+
+/* emission + throughput * what the last surface scatters is the picture, also where bounces are
+ * counted: a method that knows surfaces knows what mirrors show. */
+static void what_chains_leave_is_the_picture(void **state)
+{
+    enum { SPP = 64 };
+    static double sums[FOLLOWED_PIXELS * 3];
+    static float color[FOLLOWED_PIXELS * 3];
+    const struct window w = picture_whole(FOLLOWED, FOLLOWED);
+    (void)state;
+    for (int depth = 3; depth <= 6; depth += 3) {
+        struct made_scene *m = made_all_kinds(FOLLOWED, FOLLOWED);
+        struct view *v = made_view(m);
+        struct trace_settings t = settings_of(m, 4 * SPP, true);
+        struct trace_output out = {.color = color};
+        double sum = 0, sum2 = 0, level = 0;
+        t.max_depth = depth;
+        t.rr_depth = 100;
+        view_trace(v, &t, &w, &out);
+        memset(sums, 0, sizeof sums);
+        t.seed++;
+        for (t.first_sample = 0; t.first_sample < SPP; t.first_sample++) add_followed(v, t, sums);
+        for (size_t i = 0; i < sizeof sums / sizeof *sums; i++) {
+            const double off = sums[i] / SPP - (double)color[i];
+            sum += off;
+            sum2 += off * off;
+            level += (double)color[i];
+        }
+        if (!(fabs(sum) < 4 * sqrt(sum2) && sqrt(sum2) < 0.01 * level))
+            fail_msg("depth %d: off by %.4f of the light, noise %.4f", depth, sum / level,
+                     sqrt(sum2) / level);
         made_scene_free(m);
     }
 }
@@ -367,8 +444,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(mirror_shows_a_wall), cmocka_unit_test(sheets_let_light_through),
         cmocka_unit_test(chains_end),          cmocka_unit_test(the_same_bytes),
-        cmocka_unit_test(as_the_plain_ones),   cmocka_unit_test(pictures_are_split),
-        cmocka_unit_test(groups_are_split),
+        cmocka_unit_test(as_the_plain_ones),   cmocka_unit_test(what_chains_leave_is_the_picture),
+        cmocka_unit_test(pictures_are_split),  cmocka_unit_test(groups_are_split),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

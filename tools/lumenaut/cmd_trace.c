@@ -32,8 +32,8 @@ static const struct arg_option trace_options[] = {
      .offset = offsetof(struct trace_args, light_groups)},
     {.name = "follow-delta",
      .type = ARG_FLAG,
-     .help = "buffers show what is behind mirrors and glass, with throughput and emission on the "
-             "way there, chain_throughput.R .. and chain_emission.R ..; implies --buffers",
+     .help = "buffers show what is behind mirrors and glass, with throughput, emission and length "
+             "of the way there, chain_throughput.R ..; implies --buffers",
      .offset = offsetof(struct trace_args, follow_delta)},
     {.name = "split-delta",
      .type = ARG_FLAG,

@@ -38,7 +38,7 @@ code 2 "$lumenaut" trace "$scene" -o x.png --light-groups=all=lmap 2>>said
 
 # behind mirrors and glass
 "$lumenaut" trace "$scene" -o m.exr -q --follow-delta --split-delta --json >m.json
-json 'len(d["channels"]) == 40 and {"chain_throughput.R", "chain_emission.B", "rest.R", "seen.B"} <= set(d["channels"])' <m.json
+json 'len(d["channels"]) == 41 and {"chain_throughput.R", "chain_emission.B", "chain_length.Y", "rest.R", "seen.B"} <= set(d["channels"])' <m.json
 "$lumenaut" trace "$scene" -o m.exr -q --split-delta --light-groups --integrator path+photons --json >m.json
 json 'd["channels"][3::3] == ["lamp.emitter.rest.R", "lamp.emitter.seen.R"]' <m.json
 

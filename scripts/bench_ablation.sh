@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 outside=${LUMENAUT_SCENES:-../shared/scenes}/official/sphere-caustic/scene.xml
 
 methods=improved,improved:resolution_max=600 # pixels of pictures instead of points
-for part in 1 2 4 8 16 32 64 128 256; do     # LMN_WITHOUT_* of lumenaut.h
+for part in 1 2 4 8 16 32 64 128 256 512; do # LMN_WITHOUT_* of lumenaut.h
     methods=$methods,improved:without=$part
 done
 set -- "$@" -- scenes/demo/scene.xml

@@ -21,7 +21,8 @@ enum {
     STREAM_POWERS = 0x706f7765,
     STREAM_WEIGHTS = 0x77656967,
     STREAM_ROOTS = 0x726f6f74,
-    STREAM_PHOTONS = 0x70686f74
+    STREAM_PHOTONS = 0x70686f74,
+    STREAM_CHAINS = 0x63686169
 };
 
 #define SHARP_ROUGHNESS 0.6f
@@ -33,10 +34,12 @@ enum {
 struct desk {
     struct view *view;
     struct scene_state state;
-    float *u;              /* [variables of the scene] */
-    float *color, *groups; /* [n_pixels][3], [2 n_lights][n_pixels][3] */
-    float *buffers;        /* [2][n_pixels][BUFFER_CHANNELS] */
-    struct ray *rays;      /* [n_roots] */
+    float *u;               /* [variables of the scene] */
+    float *color, *groups;  /* [n_pixels][3], [2 n_lights][n_pixels][3] */
+    float *buffers;         /* [2][n_pixels][BUFFER_CHANNELS] */
+    struct chain_end *ends; /* [n_pixels], where sight follows chains */
+    struct ray *rays;       /* [n_pixels]: behind them, and roots */
+    float *bounces;         /* [n_pixels] */
     struct caustics caustics;
 };
 
@@ -123,7 +126,9 @@ static lmn_status take_desk(struct learner *l, struct desk *d, struct error *err
     d->color = take(l, n, sizeof(float[3]), &is_short);
     d->groups = take(l, 2 * n * l->sight.powers.n, sizeof(float[3]), &is_short);
     d->buffers = take(l, 2 * n, sizeof(float[BUFFER_CHANNELS]), &is_short);
-    d->rays = take(l, l->options.n_roots + 1, sizeof *d->rays, &is_short);
+    d->ends = take(l, n, sizeof *d->ends, &is_short);
+    d->rays = take(l, n, sizeof *d->rays, &is_short);
+    d->bounces = take(l, n, sizeof *d->bounces, &is_short);
     if (is_short) return fail_memory(err, "the learner");
     lmn_status status = scene_state_init(l->place.scene, &d->state, err);
     if (status == LMN_OK && l->options.n_photons > 0) {
@@ -257,7 +262,9 @@ void learner_free(struct learner *l)
         mem_free(d->color);
         mem_free(d->groups);
         mem_free(d->buffers);
+        mem_free(d->ends);
         mem_free(d->rays);
+        mem_free(d->bounces);
         caustics_release(&d->caustics);
     }
     const struct batch *b = &l->batch;
@@ -295,27 +302,32 @@ static int32_t root_depth(const struct learner *l, uint64_t serial)
 
 /* Of a configuration, whose first pixels the camera sees and whose last are roots. */
 struct errand {
-    uint32_t item, half;
+    uint32_t item;
     bool is_cut;
     const struct ray *rays; /* NULL: pixels */
     uint32_t first, n;      /* of its pixels */
+    int32_t max_depth;
+    uint32_t part; /* random numbers of a configuration's errands are kept apart */
 };
+
+/* Parts: pixels, roots, and from here on chains by their lengths. */
+enum { PART_PIXELS, PART_ROOTS, PART_CHAINS };
 
 /* One half of the samples: its radiance by group of lights, less what surfaces emit themselves, to
  * targets [n_pixels][n_lights][3]. */
-static void trace_half(struct learner *l, struct desk *d, const struct errand *e, float *targets)
+static void trace_half(struct learner *l, struct desk *d, const struct errand *e, uint32_t half,
+                       float *targets)
 {
     const uint32_t n_lights = l->sight.powers.n, n = e->n;
     const uint64_t serial = l->memory.n_added + e->item;
     struct trace_settings t = l->trace;
-    float *buffers = d->buffers +
-                     ((size_t)e->half * l->options.n_pixels + e->first) * BUFFER_CHANNELS;
+    float *buffers = d->buffers + ((size_t)half * l->options.n_pixels + e->first) * BUFFER_CHANNELS;
     float *out = targets + (size_t)e->first * n_lights * 3;
     struct trace_output output = {.color = d->color, .buffers = buffers};
-    t.seed = rng_keyed(l->options.seed ^ STREAM_TRACE, serial, e->rays != NULL).state;
-    t.first_sample = e->half * t.spp;
-    if (l->options.n_photons > 0) t.photons[0] = t.photons[1] = d->caustics.maps[e->half];
-    if (e->rays) t.max_depth = root_depth(l, serial);
+    t.seed = rng_keyed(l->options.seed ^ STREAM_TRACE, serial, e->part).state;
+    t.max_depth = e->max_depth;
+    t.first_sample = half * t.spp;
+    if (l->options.n_photons > 0) t.photons[0] = t.photons[1] = d->caustics.maps[half];
     if (n_lights > 1) {
         memset(d->groups, 0, 2 * (size_t)n * n_lights * sizeof(float[3]));
         output.groups = d->groups;
@@ -336,15 +348,69 @@ static void trace_half(struct learner *l, struct desk *d, const struct errand *e
     if (e->is_cut) tails_look(l->tails, e->item, view_state(d->view), out, t.spp);
 }
 
-/* Rays that met ends, picked at random. */
-static uint32_t pick_roots(const struct learner *l, struct desk *d, uint32_t item)
+/* Both halves. */
+static void trace_errand(struct learner *l, struct desk *d, const struct errand *e,
+                         float *const halves[2])
 {
-    const struct path_ends *ends = tails_ends(l->tails, item);
-    struct rng r = rng_keyed(l->options.seed ^ STREAM_ROOTS, l->memory.n_added + item, 0);
-    if (ends->n == 0) return 0;
-    for (uint32_t i = 0; i < l->options.n_roots; i++)
-        d->rays[i] = ends->ends[rng_below(&r, ends->n)].ray;
-    return l->options.n_roots;
+    for (uint32_t half = 0; half < 2; half++) trace_half(l, d, e, half, halves[half]);
+    for (uint32_t i = e->first; i < e->first + e->n; i++)
+        d->bounces[i] = sight_bounces(e->max_depth, l->trace.max_depth);
+}
+
+/* Camera pixels as surfaces behind mirrors and glass, one way each, in the order of lengths: what
+ * is left of the bounces is one number for all that is traced together. Weights go along. */
+static void trace_chains(struct learner *l, struct desk *d, const struct errand *pixels,
+                         float *const halves[2], float *weights)
+{
+    const uint32_t item = pixels->item, n = pixels->n;
+    const int32_t most = l->trace.max_depth;
+    struct trace_settings t = l->trace;
+    t.seed = rng_keyed(l->options.seed ^ STREAM_CHAINS, l->memory.n_added + item, 0).state;
+    view_follow_pixels(d->view, &t, l->width, l->height, scout_pixels(l->scout, item), n, d->ends);
+    for (uint32_t length = 0, k = 0; k < n; length++) {
+        struct errand e = *pixels;
+        e.rays = d->rays + k;
+        e.first = k;
+        e.max_depth = most < 0 ? most : most - (int32_t)length;
+        e.part = PART_CHAINS + length;
+        for (uint32_t i = 0; i < n; i++)
+            if (most < 0 || d->ends[i].n == length) {
+                d->rays[k] = d->ends[i].ray;
+                weights[k++] = scout_weights(l->scout, item)[i];
+            }
+        e.n = k - e.first;
+        if (e.n > 0) trace_errand(l, d, &e, halves);
+    }
+}
+
+/* Rays that met ends, picked at random; weight 0 where there are none. */
+static void trace_roots(struct learner *l, struct desk *d, const struct errand *pixels,
+                        float *const halves[2], float *weights)
+{
+    const uint32_t n = l->options.n_roots, first = pixels->n;
+    const size_t n_colors = (size_t)l->sight.powers.n * 3, n_pixels = l->options.n_pixels;
+    const uint64_t serial = l->memory.n_added + pixels->item;
+    const struct path_ends *ends = tails_ends(l->tails, pixels->item);
+    const uint32_t n_ends = ends->n;
+    struct rng r = rng_keyed(l->options.seed ^ STREAM_ROOTS, serial, 0);
+    struct errand e = *pixels;
+    e.rays = d->rays + first;
+    e.first = first;
+    e.n = n;
+    e.max_depth = root_depth(l, serial);
+    e.part = PART_ROOTS;
+    for (uint32_t i = first; i < first + n; i++) weights[i] = n_ends > 0 ? 1.0f : 0.0f;
+    for (uint32_t i = first; n_ends > 0 && i < first + n; i++)
+        d->rays[i] = ends->ends[rng_below(&r, n_ends)].ray;
+    if (n_ends > 0) {
+        trace_errand(l, d, &e, halves);
+        return;
+    }
+    for (uint32_t half = 0; half < 2; half++) {
+        memset(halves[half] + first * n_colors, 0, n * n_colors * sizeof(float));
+        memset(d->buffers + (half * n_pixels + first) * BUFFER_CHANNELS, 0,
+               n * sizeof(float[BUFFER_CHANNELS]));
+    }
 }
 
 static void trace_photons(const struct learner *l, struct desk *d, uint32_t item)
@@ -364,35 +430,28 @@ static void trace_configuration(void *ctx, uint32_t item, uint32_t worker)
     const bool is_cut = cuts_paths(l, l->stats.step);
     const size_t slot = (m->n_added + item) % m->capacity,
                  n_colors = (size_t)n * m->shape.n_lights * 3;
-    float *halves[2] = {m->targets + slot * n_colors, m->halves + slot * n_colors};
+    float *const halves[2] = {m->targets + slot * n_colors, m->halves + slot * n_colors};
     float *weights = m->weights + slot * n;
     const float *u = scout_u(l->scout, item);
-    struct errand e = {.item = item, .is_cut = is_cut, .n = n};
+    struct errand e = {.item = item,
+                       .is_cut = is_cut,
+                       .n = is_cut ? n - l->options.n_roots : n,
+                       .max_depth = l->trace.max_depth,
+                       .part = PART_PIXELS};
     view_set(d->view, u);
     if (l->options.n_photons > 0) trace_photons(l, d, item);
-    if (is_cut) {
-        tails_clear(l->tails, item);
-        e.n = n - l->options.n_roots;
+    if (is_cut) tails_clear(l->tails, item);
+    if (l->sight.follows_delta) {
+        trace_chains(l, d, &e, halves, weights);
+    } else {
+        trace_errand(l, d, &e, halves);
+        memcpy(weights, scout_weights(l->scout, item), e.n * sizeof(float));
     }
-    for (e.half = 0; e.half < 2; e.half++) trace_half(l, d, &e, halves[e.half]);
-    memcpy(weights, scout_weights(l->scout, item), n * sizeof(float));
-    if (is_cut) {
-        e.first = e.n;
-        e.n = pick_roots(l, d, item);
-        e.rays = d->rays;
-        for (e.half = 0; e.n > 0 && e.half < 2; e.half++) trace_half(l, d, &e, halves[e.half]);
-        for (uint32_t i = e.first; i < n; i++) weights[i] = e.n > 0 ? 1.0f : 0.0f;
-        for (e.half = 0; e.n == 0 && e.half < 2; e.half++) { /* nothing is there */
-            memset(halves[e.half] + (size_t)e.first * l->sight.powers.n * 3, 0,
-                   (size_t)l->options.n_roots * l->sight.powers.n * sizeof(float[3]));
-            memset(d->buffers + ((size_t)e.half * n + e.first) * BUFFER_CHANNELS, 0,
-                   (size_t)l->options.n_roots * sizeof(float[BUFFER_CHANNELS]));
-        }
-    }
+    if (is_cut) trace_roots(l, d, &e, halves, weights);
     const size_t n_numbers = (size_t)n * BUFFER_CHANNELS;
     for (size_t i = 0; i < n_numbers; i++)
         d->buffers[i] = 0.5f * (d->buffers[i] + d->buffers[n_numbers + i]);
-    sight_keep(d->buffers, n, m->kept + slot * n * SIGHT_KEPT);
+    sight_keep(d->buffers, d->bounces, n, m->kept + slot * n * SIGHT_KEPT);
     memcpy(m->u + slot * m->shape.n_variables, u, m->shape.n_variables * sizeof(float));
     m->errors[slot] = 0.0f;
 }
@@ -455,13 +514,6 @@ static void weigh_lights(const struct memory *m, uint32_t slot, const float *lig
     }
 }
 
-/* The number of the configuration that a slot holds. */
-static uint64_t serial_of(const struct memory *m, uint32_t slot)
-{
-    const uint64_t last = m->n_added - 1, at = last % m->capacity;
-    return last - (at >= slot ? at - slot : at + m->capacity - slot);
-}
-
 /* How far the network's word is trusted where it learns: smooth surfaces show lamps too sharp for
  * it for ever; elsewhere caution falls as the square of the learning rate. */
 static void set_cautions(const struct learner *l, const float *buffers, uint32_t n, float *cautions)
@@ -490,17 +542,12 @@ static void prepare_run(void *ctx, uint32_t item, uint32_t worker)
     powers_draw(&l->sight.powers, &r, d->u);
     scene_apply(l->place.scene, d->u, &d->state);
     powers_at(&l->sight.powers, &d->state, lights);
-    sight_recall(m->kept + (size_t)slot * n * SIGHT_KEPT, n, d->buffers);
+    sight_recall(m->kept + (size_t)slot * n * SIGHT_KEPT, n, d->buffers, d->bounces);
     sight_look(&l->sight, &d->state, d->buffers, n, b->positions + first * l->sight.n_positions * 3,
                b->features + first * l->sight.n_features, b->scale + 3 * first);
+    sight_set_bounces(&l->sight, d->bounces, n, b->features + first * l->sight.n_features);
     set_cautions(l, d->buffers, n, b->cautions + first);
     sight_variables(&l->sight, d->u, v);
-    const uint64_t serial = serial_of(m, slot);
-    if (cuts_paths(l, serial / l->options.n_fresh)) {
-        const float bounces = tails_bounces(root_depth(l, serial), l->trace.max_depth);
-        for (uint32_t i = n - l->options.n_roots; i < n; i++)
-            b->features[(first + i + 1) * l->sight.n_features - 1] = bounces;
-    }
     weigh_lights(m, slot, lights, b->targets + 3 * first, b->halves + 3 * first);
     b->runs[item] = (struct field_run){.n = n,
                                        .positions = b->positions + first * l->sight.n_positions * 3,

@@ -53,7 +53,7 @@ static const struct field fields[] = {
     FIELD(I32, rr_depth, 0, 0, 1e9),
     FIELD(U32, integrator, LMN_INTEGRATOR_PATH, 0, 2),
     FIELD(U32, method, LMN_METHOD_FAITHFUL, 0, 1),
-    FIELD(U32, without, 0, 0, 511),
+    FIELD(U32, without, 0, 0, 1023),
 };
 enum { N_FIELDS = sizeof fields / sizeof fields[0] };
 

@@ -37,6 +37,7 @@ static bool take_desks(struct painter *p)
         is_whole = take(p, n * BUFFER_CHANNELS, &d->buffers) &&
                    take(p, n * sight->n_positions * 3, &d->positions) &&
                    take(p, n * sight->n_features, &d->features) && take(p, n * 3, &d->scale) &&
+                   take(p, n * CHAIN_CHANNELS, &d->chain) && take(p, n, &d->bounces) &&
                    take(p, n * 3, &d->color) && take(p, n * (3 + BUFFER_CHANNELS), &d->sums);
     }
     return is_whole;
@@ -67,8 +68,8 @@ void painter_release(struct painter *p)
     mem_free(p->color);
     for (uint32_t i = 0; i < p->n_desks; i++) {
         struct painter_desk *d = &p->desks[i];
-        float *const blocks[] = {d->buffers, d->positions, d->features,
-                                 d->scale,   d->color,     d->sums};
+        float *const blocks[] = {d->buffers, d->positions, d->features, d->scale,
+                                 d->chain,   d->bounces,   d->color,    d->sums};
         for (size_t k = 0; k < sizeof blocks / sizeof *blocks; k++) mem_free(blocks[k]);
     }
     mem_free(p->desks);
@@ -110,27 +111,43 @@ struct painting {
 
 /* ---- The compact network: tile by tile ---- */
 
+/* What is left of the scene's bounces behind mirrors and glass. */
+static void set_bounces(const struct sight *s, struct painter_desk *d, int32_t max_depth,
+                        uint32_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        const int32_t length = (int32_t)d->chain[i * CHAIN_CHANNELS + CHAIN_LENGTH];
+        d->bounces[i] = sight_bounces(max_depth - length, max_depth);
+    }
+    sight_set_bounces(s, d->bounces, n, d->features);
+}
+
 /* One sample of each of a tile's pixels: d->color, d->buffers. */
 static void paint_sample(struct painter *p, uint32_t worker, const struct trace_settings *settings,
                          const struct window *tile)
 {
     struct painter_desk *d = &p->desks[worker];
+    const struct sight *sight = p->network.sight;
     const uint32_t n = tile->width * tile->height;
     const struct field_run run = {.n = n,
                                   .positions = d->positions,
                                   .features = d->features,
                                   .scale = d->scale,
                                   .lights = p->lights};
-    struct trace_output output = {.buffers = d->buffers};
+    struct trace_output output = {.buffers = d->buffers,
+                                  .chain = sight->follows_delta ? d->chain : NULL};
     const uint64_t start = clock_ticks();
     view_trace(p->view, settings, tile, &output);
     const uint64_t traced = clock_ticks();
-    sight_look(p->network.sight, view_state(p->view), d->buffers, n, d->positions, d->features,
-               d->scale);
+    sight_look(sight, view_state(p->view), d->buffers, n, d->positions, d->features, d->scale);
+    if (sight->follows_delta) set_bounces(sight, d, settings->max_depth, n);
     const uint64_t looked = clock_ticks();
     field_render_part(p->network.field, worker, &run, d->color);
     const uint64_t rendered = clock_ticks();
-    sight_add_emission(d->buffers, n, d->color);
+    if (sight->follows_delta)
+        sight_add_chain(d->chain, n, d->color);
+    else
+        sight_add_emission(d->buffers, n, d->color);
     d->buffer_ticks += traced - start;
     d->look_ticks += looked - traced;
     d->network_ticks += rendered - looked;
@@ -269,6 +286,7 @@ lmn_status painter_render(struct painter *p, const float *u,
     trace_settings_init(&settings, p->place->scene);
     settings.spp = options->buffer_spp > 0 ? options->buffer_spp : PAINTER_BUFFER_SPP;
     settings.seed = options->seed;
+    settings.follows_delta = p->network.field && p->network.sight->follows_delta;
     view_set(p->view, u);
     if (p->network.generator)
         inputs_variables(p->place->scene, u, p->v);

@@ -180,6 +180,7 @@ static void look_item(void *ctx, uint32_t item, uint32_t worker)
     trace_settings_init(&t, s->place->scene);
     t.spp = 1;
     t.splats = false;
+    t.follows_delta = sight->follows_delta;
     t.seed = rng_keyed(s->options.seed ^ STREAM_LOOK, s->serial + item, 0).state;
     view_set(s->views[worker], u);
     view_trace_pixels(s->views[worker], &t, s->options.width, s->options.height, s->looks + first,

@@ -61,6 +61,7 @@ lmn_status sight_init(struct sight *s, const struct scene *scene, uint32_t witho
 {
     lmn_status status = LMN_OK;
     *s = (struct sight){.scene = scene, .ignores_albedo = (without & LMN_WITHOUT_ALBEDO) != 0};
+    s->follows_delta = !(without & LMN_WITHOUT_CHAINS) && view_has_chains(scene);
     TRY(powers_init(&s->powers, scene, (without & LMN_WITHOUT_POWERS) != 0, err));
     TRY(scene_frames_init(scene, &s->frames, err));
     s->n_frames = s->frames.n < SIGHT_FRAMES ? s->frames.n : SIGHT_FRAMES;
@@ -215,6 +216,16 @@ void sight_look(const struct sight *s, const struct scene_state *state, const fl
         scale[i] = scale[i] > 0.0f ? 1.0f : 0.0f;
 }
 
+float sight_bounces(int32_t max_depth, int32_t of)
+{
+    return of < 0 ? 1.0f : (float)max_depth / (float)of;
+}
+
+void sight_set_bounces(const struct sight *s, const float *bounces, uint32_t n, float *features)
+{
+    for (size_t i = 0; i < n; i++) features[(i + 1) * s->n_features - 1] = bounces[i];
+}
+
 /* ---- To keep ---- */
 
 static const struct {
@@ -225,9 +236,9 @@ static const struct {
                   {BUFFER_WO, 9, 3},
                   {BUFFER_ROUGHNESS, 12, 1}};
 
-enum { KEPT_KIND = 13, KIND_NOTHING = 0, KIND_DIFFUSE = 1, KIND_GLOSSY = 2 };
+enum { KEPT_BOUNCES = 13 }; /* less than 0 on glossy surfaces, 0 where nothing was hit */
 
-void sight_keep(const float *buffers, uint32_t n, float *kept)
+void sight_keep(const float *buffers, const float *bounces, uint32_t n, float *kept)
 {
     for (uint32_t i = 0; i < n; i++, buffers += BUFFER_CHANNELS, kept += SIGHT_KEPT) {
         for (size_t k = 0; k < sizeof kept_parts / sizeof *kept_parts; k++)
@@ -238,13 +249,13 @@ void sight_keep(const float *buffers, uint32_t n, float *kept)
             for (uint32_t k = 3; k < 6; k++) kept[k] = -kept[k]; /* the side that is looked at */
         const float *wi = buffers + BUFFER_WI;                   /* zero on diffuse surfaces */
         const bool is_glossy = wi[0] != 0.0f || wi[1] != 0.0f || wi[2] != 0.0f;
-        kept[KEPT_KIND] = !(buffers[BUFFER_DEPTH] > 0.0f) ? KIND_NOTHING
-                          : is_glossy                     ? KIND_GLOSSY
-                                                          : KIND_DIFFUSE;
+        kept[KEPT_BOUNCES] = !(buffers[BUFFER_DEPTH] > 0.0f) ? 0.0f
+                             : is_glossy                     ? -bounces[i]
+                                                             : bounces[i];
     }
 }
 
-void sight_recall(const float *kept, uint32_t n, float *buffers)
+void sight_recall(const float *kept, uint32_t n, float *buffers, float *bounces)
 {
     for (uint32_t i = 0; i < n; i++, buffers += BUFFER_CHANNELS, kept += SIGHT_KEPT) {
         memset(buffers, 0, BUFFER_CHANNELS * sizeof *buffers);
@@ -252,8 +263,9 @@ void sight_recall(const float *kept, uint32_t n, float *buffers)
             memcpy(buffers + kept_parts[k].from, kept + kept_parts[k].to,
                    kept_parts[k].n * sizeof *kept);
         memcpy(buffers + BUFFER_GEO_NORMAL, buffers + BUFFER_WO, 3 * sizeof *buffers);
-        buffers[BUFFER_DEPTH] = kept[KEPT_KIND] > KIND_NOTHING ? 1.0f : 0.0f;
-        buffers[BUFFER_WI] = kept[KEPT_KIND] == KIND_GLOSSY ? 1.0f : 0.0f;
+        buffers[BUFFER_DEPTH] = kept[KEPT_BOUNCES] != 0.0f ? 1.0f : 0.0f;
+        buffers[BUFFER_WI] = kept[KEPT_BOUNCES] < 0.0f ? 1.0f : 0.0f;
+        bounces[i] = fabsf(kept[KEPT_BOUNCES]);
     }
 }
 
@@ -295,4 +307,14 @@ void sight_add_emission(const float *buffers, uint32_t n, float *color)
     for (size_t i = 0; i < n; i++)
         for (size_t c = 0; c < 3; c++)
             color[3 * i + c] += finite_or_zero(buffers[i * BUFFER_CHANNELS + BUFFER_EMISSION + c]);
+}
+
+void sight_add_chain(const float *chain, uint32_t n, float *color)
+{
+    for (size_t i = 0; i < n; i++, chain += CHAIN_CHANNELS)
+        for (size_t c = 0; c < 3; c++) {
+            const float through = finite_or_zero(chain[CHAIN_THROUGHPUT + c]);
+            color[3 * i + c] = color[3 * i + c] * through +
+                               finite_or_zero(chain[CHAIN_EMISSION + c]);
+        }
 }

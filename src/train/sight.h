@@ -20,11 +20,11 @@
  *               and its mirror image; per frame direction and nearness; per light direction,
  *               nearness and cosine; per light and frame how closely the segment to the light
  *               passes the thing, in its frame: shadows. What is hidden gives zeros
- *   bounces     a feature: the share of the bounces that count; 1 in pictures (tails.h)
- *   scale       albedo, but at least a tenth
- *   lights      the powers of groups of lights (powers.h)
- *   v           the other variables, but those that only the camera follows: radiance of a surface
- *               does not depend on who looks
+ *   bounces     a feature: the share of the bounces that count. What a pixel shows has all of them,
+ *               what is behind mirrors and glass (render/chain.h) less, and so has what tails.h
+ * asks scale       albedo, but at least a tenth lights      the powers of groups of lights
+ * (powers.h) v           the other variables, but those that only the camera follows: radiance of a
+ * surface does not depend on who looks
  */
 enum { SIGHT_FRAMES = 6, SIGHT_LIGHTS = 3 };
 
@@ -40,6 +40,7 @@ struct sight {
     } lights[SIGHT_LIGHTS];
     uint32_t n_positions, n_features;
     bool ignores_albedo;  /* LMN_WITHOUT_ALBEDO: scale is 1 */
+    bool follows_delta;   /* mirrors and glass are looked through, where the scene has them */
     uint32_t n_variables; /* of v */
     uint32_t *variables;  /* [n_variables], into scene->variables */
     uint32_t cpu; /* flags of base/cpu.h that sight_look() may use: 0 until the owner sets them */
@@ -66,10 +67,17 @@ void sight_variables(const struct sight *s, const float *u, float *v);
 void sight_look(const struct sight *s, const struct scene_state *state, const float *buffers,
                 uint32_t n, float *positions, float *features, float *scale);
 
-/* What of the buffers sight_look() reads, to keep and to look at again: [n][SIGHT_KEPT]. */
+/* Features are those of all bounces: now of a share [n] of them. */
+void sight_set_bounces(const struct sight *s, const float *bounces, uint32_t n, float *features);
+
+/* The share that counts with this depth; depths of -1 have no bound. */
+float sight_bounces(int32_t max_depth, int32_t of);
+
+/* What of the buffers sight_look() reads, and bounces [n], to keep and to look at again:
+ * [n][SIGHT_KEPT]. */
 enum { SIGHT_KEPT = 14 };
-void sight_keep(const float *buffers, uint32_t n, float *kept);
-void sight_recall(const float *kept, uint32_t n, float *buffers);
+void sight_keep(const float *buffers, const float *bounces, uint32_t n, float *kept);
+void sight_recall(const float *kept, uint32_t n, float *buffers, float *bounces);
 
 /* The targets of learning: what surfaces scatter, that is color [n][3] without what they emit
  * themselves. What is not finite, or below 0, becomes 0. */
@@ -82,5 +90,8 @@ void sight_split_targets(const float *groups, const float *buffers, uint32_t n, 
 
 /* And back: adds to color [n][3] what is emitted. */
 void sight_add_emission(const float *buffers, uint32_t n, float *color);
+
+/* The same behind mirrors and glass, of chain [n][CHAIN_CHANNELS]. */
+void sight_add_chain(const float *chain, uint32_t n, float *color);
 
 #endif

@@ -100,11 +100,6 @@ void tails_clear(struct tails *t, uint32_t item)
     t->lists[item].ends.n = t->lists[item].n_looked = 0;
 }
 
-float tails_bounces(int32_t max_depth, int32_t of)
-{
-    return of < 0 ? 1.0f : (float)max_depth / (float)of;
-}
-
 void tails_look(struct tails *t, uint32_t item, const struct scene_state *state, float *targets,
                 uint32_t spp)
 {
@@ -119,8 +114,8 @@ void tails_look(struct tails *t, uint32_t item, const struct scene_state *state,
         const struct path_end *end = &l->ends.ends[i];
         const struct vec3 w = vec3_scale(end->throughput, share);
         const bool is_finite = vec3_is_finite(w);
-        l->features[(size_t)(i + 1) * s->n_features - 1] = tails_bounces(end->max_depth,
-                                                                         t->max_depth);
+        const float bounces = sight_bounces(end->max_depth, t->max_depth);
+        sight_set_bounces(s, &bounces, 1, l->features + (size_t)i * s->n_features);
         l->to[i] = targets + (size_t)end->pixel * s->powers.n * 3;
         l->weights[3 * i + 0] = is_finite ? w.x : 0.0f;
         l->weights[3 * i + 1] = is_finite ? w.y : 0.0f;

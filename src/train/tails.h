@@ -35,7 +35,4 @@ void tails_look(struct tails *t, uint32_t item, const struct scene_state *state,
 typedef const float *tails_u_fn(const void *user, uint32_t item);
 void tails_add(struct tails *t, struct field *field, tails_u_fn *us, const void *user);
 
-/* Share of the bounces that count with this depth. */
-float tails_bounces(int32_t max_depth, int32_t of);
-
 #endif

@@ -36,10 +36,9 @@ static lmn_status make_with(const struct learner_options *o, struct learner **ou
     return learner_new(&tiny.place, o, &trace, out, err);
 }
 
-static struct learner *make_with_looks(uint32_t n_looks, double children)
+/* Of a few seconds. */
+static struct learner_options short_options(void)
 {
-    struct learner *l;
-    struct error err = {{0}};
     struct learner_options o = defaults();
     o.width = 32;
     o.depth = 2;
@@ -49,6 +48,14 @@ static struct learner *make_with_looks(uint32_t n_looks, double children)
     o.cut_after = 2;
     o.n_batch = 64;
     o.memory_mib = 16;
+    return o;
+}
+
+static struct learner *make_with_looks(uint32_t n_looks, double children)
+{
+    struct learner *l;
+    struct error err = {{0}};
+    struct learner_options o = short_options();
     o.n_looks = n_looks;
     o.children = children;
     if (make_with(&o, &l, &err) != LMN_OK) fail_msg("%s", err.text);
@@ -171,7 +178,7 @@ static void parts_can_be_left_out(void **state)
     (void)state;
     struct learner *whole = make();
     const struct field_config *all = learner_field_config(whole);
-    for (uint32_t part = LMN_WITHOUT_FRAMES; part <= LMN_WITHOUT_PHOTONS; part *= 2) {
+    for (uint32_t part = LMN_WITHOUT_FRAMES; part <= LMN_WITHOUT_CHAINS; part *= 2) {
         struct learner *l;
         struct learner_stats stats;
         struct error err = {{0}};
@@ -203,6 +210,40 @@ static void parts_can_be_left_out(void **state)
         learner_free(l);
     }
     learner_free(whole);
+}
+
+/* A wall that is a mirror shows the ball, which is learnt as what it is. */
+static void mirrors_are_looked_through(void **state)
+{
+    static const char rough[] = "<bsdf type=\"diffuse\" id=\"wall\">\n    <rgb name=\"";
+    static const char smooth[] = "<bsdf type=\"conductor\" id=\"wall\">\n    <rgb name=\"specular_";
+    double errors[2];
+    (void)state;
+    tiny_edit(&tiny, rough, smooth);
+    for (uint32_t k = 0; k < 2; k++) {
+        struct learner *l;
+        struct error err = {{0}};
+        struct learner_options o = short_options();
+        o.without = k == 0 ? 0 : LMN_WITHOUT_CHAINS;
+        if (make_with(&o, &l, &err) != LMN_OK) fail_msg("%s", err.text);
+        assert_int_equal(learner_network(l).sight->follows_delta, k == 0);
+        run(l, 400);
+        errors[k] = error_of(l);
+        learner_free(l);
+    }
+    if (!(errors[0] < 0.12 && errors[0] < 0.8 * errors[1]))
+        fail_msg("error %.3f, without chains %.3f", errors[0], errors[1]);
+    static float pictures[2][N];
+    for (uint32_t k = 0; k < 2; k++) {
+        tiny_set_threads(&tiny, 1 + 2 * k);
+        struct learner *l = make();
+        run(l, 5);
+        paint(l, 0, pictures[k]);
+        learner_free(l);
+    }
+    tiny_set_threads(&tiny, 2);
+    assert_memory_equal(pictures[0], pictures[1], sizeof pictures[0]);
+    tiny_edit(&tiny, smooth, rough);
 }
 
 /* The ring of configurations comes round. */
@@ -265,6 +306,7 @@ int main(void)
         cmocka_unit_test(parts_can_be_left_out),
         cmocka_unit_test(memory_is_bounded),
         cmocka_unit_test(failed_steps_change_nothing),
+        cmocka_unit_test(mirrors_are_looked_through),
     };
     return cmocka_run_group_tests(tests, tiny_setup, tiny_teardown);
 }

@@ -130,6 +130,38 @@ static void surfaces_are_told_apart(void **state)
     for (int c = 0; c < 3; c++) assert_true(nothing.scale[c] == 0.0f);
 }
 
+/* What is kept of pixels is seen as they were, with the bounces they had. */
+static void kept_pixels_look_the_same(void **state)
+{
+    enum { DIFFUSE, GLOSSY, NOTHING, N };
+    float buffers[N * BUFFER_CHANNELS], again[N * BUFFER_CHANNELS], kept[N * SIGHT_KEPT];
+    float u[N_VARIABLES] = {0.5f, 0.25f, 0.9f}, back[N];
+    const float bounces[N] = {0.4f, 0.6f, 1.0f};
+    (void)state;
+    for (int i = 0; i < N; i++) {
+        float *b = buffers + (size_t)i * BUFFER_CHANNELS;
+        set_point(b, 0.3f, 0.1f, 0.2f);
+        b[BUFFER_GEO_NORMAL + 2] = i == GLOSSY ? -1.0f : 1.0f; /* seen from behind */
+    }
+    buffers[GLOSSY * BUFFER_CHANNELS + BUFFER_WI] = 0.5f;
+    memset(buffers + (size_t)NOTHING * BUFFER_CHANNELS, 0, sizeof(float[BUFFER_CHANNELS]));
+    sight_keep(buffers, bounces, N, kept);
+    sight_recall(kept, N, again, back);
+    assert_true(back[DIFFUSE] == bounces[DIFFUSE] && back[GLOSSY] == bounces[GLOSSY]);
+    for (size_t i = 0; i < N; i++) {
+        struct seen a = look(u, buffers + i * BUFFER_CHANNELS);
+        struct seen b = look(u, again + i * BUFFER_CHANNELS);
+        for (int k = 0; k < 3; k++) assert_true(a.scale[k] == b.scale[k]);
+        for (int k = 0; k < 6; k++)
+            assert_true(a.positions[k / 3][k % 3] == b.positions[k / 3][k % 3]);
+        for (uint32_t k = 0; k < sight.n_features; k++) assert_true(a.features[k] == b.features[k]);
+        sight_set_bounces(&sight, bounces + i, 1, a.features);
+        assert_true(a.features[sight.n_features - 1] == bounces[i]);
+        assert_true(a.features[sight.n_features - 2] == b.features[sight.n_features - 2]);
+    }
+    assert_true(sight_bounces(3, 6) == 0.5f && sight_bounces(-1, -1) == 1.0f);
+}
+
 /* Whole frames with every kind of pixel, seen with every instruction set: the same bytes. */
 static void instruction_sets_agree(void **state)
 {
@@ -221,8 +253,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frames_follow_their_things), cmocka_unit_test(hidden_things_give_zeros),
-        cmocka_unit_test(surfaces_are_told_apart),    cmocka_unit_test(instruction_sets_agree),
-        cmocka_unit_test(all_inputs_have_a_meaning),  cmocka_unit_test(models_are_small),
+        cmocka_unit_test(surfaces_are_told_apart),    cmocka_unit_test(kept_pixels_look_the_same),
+        cmocka_unit_test(instruction_sets_agree),     cmocka_unit_test(all_inputs_have_a_meaning),
+        cmocka_unit_test(models_are_small),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

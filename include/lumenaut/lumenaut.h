@@ -221,6 +221,17 @@ LMN_API lmn_status lmn_scene_parse_value(lmn_context *context, const lmn_scene *
 LMN_API void lmn_scene_random_values(const lmn_scene *scene, uint64_t seed, uint64_t index,
                                      double *values);
 
+/* Where a picture is seen from; kind, film and lens stay those of the scene's camera. */
+typedef struct lmn_camera {
+    double origin[3], target[3], up[3]; /* scene units; up: any direction not along the view */
+    double fov; /* degrees, along the axis that the scene gives; orthographic cameras: 0 */
+} lmn_camera;
+
+/* The camera of a configuration. A scene says where it looks to, not how far: the target is as far
+ * away as the middle of the scene, or as a lens is sharp. values NULL: the defaults. */
+LMN_API lmn_status lmn_scene_get_camera(lmn_context *context, const lmn_scene *scene,
+                                        const double *values, lmn_camera *out);
+
 /* ---- Path tracing -------------------------------------------------------------------------- */
 
 typedef struct lmn_trace_options {
@@ -259,6 +270,10 @@ typedef struct lmn_trace_options {
      * by mirrors and glass alone; with light groups each of them so, "NAME.rest.R".. and
      * "NAME.seen.R"... Colour is their sum exactly, in the order of channels. */
     uint32_t split_delta;
+    const lmn_camera *camera; /* NULL: the configuration's */
+    /* Even. Pictures of the samples from 0 on, from `spp` on, .. are parts of one with more: their
+     * mean is what it shows. */
+    uint32_t first_sample;
 } lmn_trace_options;
 
 /* Path-traces one configuration. values: n_variables doubles, NULL for the defaults. options may be
@@ -419,6 +434,8 @@ typedef struct lmn_render_options {
                             network is asked for each, the paper's sees their mean buffers */
     uint32_t buffers;    /* 1: append them to the image */
     uint64_t seed;
+    const lmn_camera *camera; /* NULL: the configuration's */
+    uint32_t first_sample;    /* as in lmn_trace_options */
 } lmn_render_options;
 
 /* Renders one configuration by the network as it is now; as lmn_model_render(), and not counted as

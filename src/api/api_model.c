@@ -75,8 +75,18 @@ lmn_status scene_render_options(const lmn_scene *scene, const double *values,
     lmn_status status = LMN_OK;
     lmn_render_options o;
     TRY(options_copy("lmn_render_options", options, &o, sizeof o, err));
-    *out = (struct model_render_options){
-        .buffer_spp = o.buffer_spp, .seed = o.seed, .with_buffers = o.buffers != 0};
+    if (o.first_sample % 2) {
+        status = fail(err, LMN_ERR_ARGUMENT, "first_sample %u: odd", o.first_sample);
+        goto done;
+    }
+    *out = (struct model_render_options){.buffer_spp = o.buffer_spp,
+                                         .seed = o.seed,
+                                         .first_sample = o.first_sample,
+                                         .with_buffers = o.buffers != 0};
+    if (o.camera) {
+        TRY(scene_pose(scene, o.camera, &scene->cache->pose, err));
+        out->pose = &scene->cache->pose;
+    }
     TRY(scene_window(scene, (uint32_t[2]){o.width, o.height},
                      (uint32_t[4]){o.crop_x, o.crop_y, o.crop_width, o.crop_height}, &out->window,
                      err));
@@ -97,7 +107,7 @@ lmn_status lmn_model_render(lmn_context *context, const lmn_model *model, const 
     TRY(scene_render_options(model->scene, values, options, &render, err));
     TRY(model_render(model->model, u, &render, &image, render_s, context->progress,
                      context->progress_user, err));
-    TRY(describe_image(&image, model->scene, u, render.seed,
+    TRY(describe_image(&image, model->scene, u, render.pose, render.seed,
                        render.buffer_spp ? render.buffer_spp : 16, err));
     TRY(image_handle(&image, out, err));
 done:

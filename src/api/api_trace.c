@@ -33,8 +33,13 @@ lmn_status scene_window(const lmn_scene *scene, const uint32_t size[2], const ui
     return LMN_OK;
 }
 
+static void add_vector(struct str *to, const char *name, struct vec3 v)
+{
+    str_add(to, "%s %.9g,%.9g,%.9g ", name, (double)v.x, (double)v.y, (double)v.z);
+}
+
 lmn_status describe_image(struct image *image, const lmn_scene *scene, const float *u,
-                          uint64_t seed, uint32_t spp, struct error *err)
+                          const struct pose *camera, uint64_t seed, uint32_t spp, struct error *err)
 {
     lmn_status status = LMN_OK;
     const struct scene *s = scene->scene;
@@ -52,6 +57,14 @@ lmn_status describe_image(struct image *image, const lmn_scene *scene, const flo
                 variable_from_unit(&s->variables[i], u[i]));
     if (s->n_variables > 0 && !text.failed)
         TRY(image_set_attribute(image, "variables", text.text, err));
+    text.length = 0;
+    if (camera) {
+        add_vector(&text, "origin", camera->origin);
+        add_vector(&text, "target", camera->target);
+        add_vector(&text, "up", camera->up);
+        str_add(&text, "fov %.9g", (double)camera->fov);
+        if (!text.failed) TRY(image_set_attribute(image, "camera", text.text, err));
+    }
     if (text.failed) status = fail_memory(err, "an image");
 done:
     str_release(&text);
@@ -81,6 +94,7 @@ static lmn_status read_settings(const lmn_scene *scene, const lmn_trace_options 
     trace_settings_init(t, scene->scene);
     t->splats = true;
     if (o->spp) t->spp = o->spp;
+    t->first_sample = o->first_sample;
     if (o->has_max_depth) t->max_depth = o->max_depth;
     if (o->has_rr_depth) t->rr_depth = o->rr_depth;
     t->seed = o->seed;
@@ -96,6 +110,11 @@ static lmn_status read_settings(const lmn_scene *scene, const lmn_trace_options 
     t->follows_delta = o->follow_delta;
     if (o->follow_delta && !o->buffers)
         status = fail(err, LMN_ERR_ARGUMENT, "follow_delta: only with buffers");
+    if (o->first_sample % 2)
+        status = fail(err, LMN_ERR_ARGUMENT, "first_sample %u: odd", o->first_sample);
+    if (o->first_sample > UINT32_MAX - t->spp)
+        status = fail(err, LMN_ERR_ARGUMENT, "first_sample %u: %u more samples are beyond the last",
+                      o->first_sample, t->spp);
     if (t->max_depth < -1)
         status = fail(err, LMN_ERR_ARGUMENT, "max_depth %d: at least -1", t->max_depth);
     if (t->rr_depth < 1)
@@ -251,6 +270,7 @@ lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const d
                      (uint32_t[4]){o.crop_x, o.crop_y, o.crop_width, o.crop_height}, &window, err));
     TRY(read_settings(scene, &o, &settings, err));
     TRY(scene_units(scene, values, scene->cache->u, err));
+    if (o.camera) TRY(scene_pose(scene, o.camera, &scene->cache->pose, err));
     if (o.light_groups || o.light_group_names)
         TRY(light_groups_init(&groups, scene->scene, o.light_group_names, err));
     if (o.split_delta && groups.n == 0) TRY(one_group(&groups, scene->scene, err));
@@ -269,6 +289,7 @@ lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const d
     TRY(image_init(&image, window.width, window.height, planes.n_names, planes.names, err));
     TRY(scene_view(scene, err));
     view_set(scene->cache->view, scene->cache->u);
+    if (o.camera) view_look_from(scene->cache->view, &scene->cache->pose);
     const double start_s = clock_wall_s();
     TRY(choose_integrator(context, scene, &o, &settings, &has_photons, err));
     TRY((has_photons ? view_trace_photons : view_trace_parallel)(
@@ -276,7 +297,8 @@ lmn_status lmn_scene_trace(lmn_context *context, const lmn_scene *scene, const d
         context->progress_user, err));
     if (render_s) *render_s = clock_wall_s() - start_s;
     interleave(&planes, &image);
-    TRY(describe_image(&image, scene, scene->cache->u, settings.seed, settings.spp, err));
+    TRY(describe_image(&image, scene, scene->cache->u, o.camera ? &scene->cache->pose : NULL,
+                       settings.seed, settings.spp, err));
     TRY(image_set_attribute(&image, "integrator",
                             integrators[has_photons ? INTEGRATOR_PHOTONS : INTEGRATOR_PATH], err));
     TRY(image_handle(&image, out, err));

@@ -189,7 +189,7 @@ lmn_status lmn_trainer_render(lmn_trainer *trainer, const double *values,
     TRY(scene_render_options(trainer->scene, values, options, &render, err));
     TRY(trainer_render(trainer->trainer, u, &render, &image, render_s, context->progress,
                        context->progress_user, err));
-    TRY(describe_image(&image, trainer->scene, u, render.seed,
+    TRY(describe_image(&image, trainer->scene, u, render.pose, render.seed,
                        render.buffer_spp ? render.buffer_spp : 16, err));
     TRY(image_handle(&image, out, err));
 done:

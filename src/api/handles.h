@@ -5,7 +5,7 @@
 #include "base/pool.h"
 #include "base/str.h"
 #include "image/image.h"
-#include "scene/scene.h"
+#include "scene/pose.h"
 
 /*
  * What the public handles are. src/api/ is the only code that knows both them and the modules; its
@@ -38,7 +38,9 @@ struct scene_cache {
     uint32_t cpu; /* the context's */
     struct world *world;
     struct view *view; /* for lmn_scene_trace() */
-    float *u;          /* [n_variables], from the start: a configuration for the call under way */
+    /* From the start, for the call under way: a configuration [n_variables], and a camera. */
+    float *u;
+    struct pose pose;
 };
 
 struct lmn_scene {
@@ -72,7 +74,8 @@ lmn_status scene_workplace(lmn_context *context, const lmn_scene *scene, struct 
 /* Scene units to u [n_variables] with range checks; values NULL: the defaults. */
 lmn_status scene_units(const lmn_scene *scene, const double *values, float *u, struct error *err);
 
-/* What to render of a configuration by a network; its values go to the scene's u. */
+/* What to render of a configuration by a network; its values go to the scene's u, its camera to
+ * the scene's pose. */
 struct model_render_options;
 lmn_status scene_render_options(const lmn_scene *scene, const double *values,
                                 const lmn_render_options *options, struct model_render_options *out,
@@ -83,8 +86,14 @@ struct window;
 lmn_status scene_window(const lmn_scene *scene, const uint32_t size[2], const uint32_t crop[4],
                         struct window *out, struct error *err);
 
-/* Writes what an image should say of itself: program, version, scene, seed, spp, variables. */
+/* Writes what an image should say of itself: program, version, scene, seed, spp, variables, camera
+ * where it is an own one (else NULL). */
 lmn_status describe_image(struct image *image, const lmn_scene *scene, const float *u,
-                          uint64_t seed, uint32_t spp, struct error *err);
+                          const struct pose *camera, uint64_t seed, uint32_t spp,
+                          struct error *err);
+
+/* A checked camera of the scene. */
+lmn_status scene_pose(const lmn_scene *scene, const lmn_camera *camera, struct pose *out,
+                      struct error *err);
 
 #endif

@@ -115,7 +115,7 @@ static void trace_photons(struct photon_passes *p, const struct view *v, struct 
     for (uint32_t k = 0; k < 2; k++) {
         struct photon_map *m = p->maps[k];
         photon_map_trace(m, v, pool, t, 2 * (uint64_t)pass + k);
-        if (pass == 0 && k == 0) p->radius = photon_map_typical_radius(m, scene_radius);
+        if (!(p->radius > 0.0f) && k == 0) p->radius = photon_map_typical_radius(m, scene_radius);
         if (!(p->radius > 0.0f)) p->radius = 0.01f * scene_radius;
         photon_map_build(m, p->radius * powf((float)(pass + 1), -1.0f / 6.0f));
     }
@@ -143,12 +143,14 @@ lmn_status photon_passes_trace(struct photon_passes *p, const struct view *v, st
     struct trace_settings s = *t;
     const size_t n_pixels = (size_t)w->width * w->height;
     uint32_t spp = (t->spp + 1) / 2 * 2;
+    /* A picture of later samples has the photons of later passes. */
+    const uint32_t first_pass = t->first_sample / PASS_SPP;
     struct progress told = {progress, progress_user, 0, (spp + PASS_SPP - 1) / PASS_SPP};
     struct trace_output part = *out;
     for (int k = 0; k < PARTS; k++) *wanted(&part, k) = p->parts[k];
     for (uint32_t first = 0; first < spp; first += PASS_SPP) {
-        trace_photons(p, v, pool, t, told.pass);
-        s.first_sample = first;
+        trace_photons(p, v, pool, t, first_pass + told.pass);
+        s.first_sample = t->first_sample + first;
         s.spp = spp - first < PASS_SPP ? spp - first : PASS_SPP;
         s.photons[0] = p->maps[0];
         s.photons[1] = p->maps[1];

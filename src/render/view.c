@@ -8,6 +8,7 @@
 #include "render/light.h"
 #include "render/world.h"
 #include "scene/bounds.h"
+#include "scene/pose.h"
 
 lmn_status view_new(const struct world *w, struct view **out, struct error *err)
 {
@@ -81,8 +82,14 @@ void view_free(struct view *v)
 
 void view_set(struct view *v, const float *u)
 {
+    v->state.sensor = v->world->scene->defaults.sensor; /* it may have been moved by hand */
     scene_apply(v->world->scene, u, &v->state);
     view_refresh(v, false);
+}
+
+void view_look_from(struct view *v, const struct pose *p)
+{
+    pose_apply(p, &v->state.sensor);
 }
 
 const struct scene *view_scene(const struct view *v)

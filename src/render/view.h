@@ -30,6 +30,10 @@ void view_free(struct view *v);
  * the top level, and only when an instance moved; allocates nothing. */
 void view_set(struct view *v, const float *u);
 
+/* Looks from elsewhere until the next view_set(). */
+struct pose;
+void view_look_from(struct view *v, const struct pose *p);
+
 const struct scene *view_scene(const struct view *v);
 const struct scene_state *view_state(const struct view *v);
 

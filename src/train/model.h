@@ -23,7 +23,9 @@ struct model_render_options {
     struct window window; /* full size and what to show of it */
     uint32_t buffer_spp;  /* 0: 16 */
     uint64_t seed;
-    bool with_buffers; /* append buffer_channel_names */
+    uint32_t first_sample;   /* of the buffers: even */
+    bool with_buffers;       /* append buffer_channel_names */
+    const struct pose *pose; /* NULL: the configuration's camera */
 };
 
 /* The configuration u [n_variables]. *out gets R, G, B (and the buffers). Works through the window

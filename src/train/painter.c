@@ -287,7 +287,9 @@ lmn_status painter_render(struct painter *p, const float *u,
     settings.spp = options->buffer_spp > 0 ? options->buffer_spp : PAINTER_BUFFER_SPP;
     settings.seed = options->seed;
     settings.follows_delta = p->network.field && p->network.sight->follows_delta;
+    settings.first_sample = options->first_sample;
     view_set(p->view, u);
+    if (options->pose) view_look_from(p->view, options->pose);
     if (p->network.generator)
         inputs_variables(p->place->scene, u, p->v);
     else {

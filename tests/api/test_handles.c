@@ -272,6 +272,96 @@ static void test_integrators(void **state)
     lmn_context_free(context);
 }
 
+static lmn_image *picture(lmn_context *context, const lmn_scene *scene,
+                          const lmn_trace_options *options)
+{
+    lmn_image *image = NULL;
+    EXPECT(context, lmn_scene_trace(context, scene, NULL, options, &image, NULL), LMN_OK);
+    return image;
+}
+
+/* Mean |a - b| over that of b. */
+static double difference(lmn_image *a, lmn_image *b)
+{
+    const size_t n = (size_t)lmn_image_width(a) * lmn_image_height(a) * lmn_image_n_channels(a);
+    double off = 0, level = 0;
+    for (size_t i = 0; i < n; i++) {
+        off += fabs((double)lmn_image_data(a)[i] - (double)lmn_image_data(b)[i]);
+        level += fabs((double)lmn_image_data(b)[i]);
+    }
+    return off / level;
+}
+
+/* A camera of one's own: the scene's gives the scene's picture, others are refused or seen by. */
+static void test_camera(void **state)
+{
+    (void)state;
+    lmn_context *context = new_context(2);
+    lmn_scene *scene = load_scene(context);
+    lmn_camera camera;
+    lmn_trace_options o = {.struct_size = sizeof o, .spp = 4, .integrator = "path"};
+    double values[6];
+    EXPECT(context, lmn_scene_get_camera(context, scene, NULL, &camera), LMN_OK);
+    assert_true(camera.origin[2] == 5.0 && camera.fov == 45.0 && camera.target[2] < 3.0);
+    lmn_image *own = picture(context, scene, &o);
+    assert_null(lmn_image_attribute(own, "camera"));
+    o.camera = &camera;
+    lmn_image *same = picture(context, scene, &o);
+    assert_true(difference(same, own) < 0.01);
+    assert_non_null(strstr(lmn_image_attribute(same, "camera"), "origin 0,1.5,5 target "));
+    camera.fov = 30;
+    lmn_image *nearer = picture(context, scene, &o);
+    assert_true(difference(nearer, own) > 0.1);
+    camera.fov = 200;
+    EXPECT(context, trace(context, scene, NULL, &o), LMN_ERR_ARGUMENT);
+    assert_non_null(strstr(lmn_context_message(context), "fov 200"));
+    o.camera = NULL;
+    lmn_image *back = picture(context, scene, &o);
+    assert_true(difference(back, own) == 0);
+    lmn_scene_default_values(scene, values);
+    values[0] = NAN;
+    EXPECT(context, lmn_scene_get_camera(context, scene, values, &camera), LMN_ERR_ARGUMENT);
+    lmn_image *const all[] = {own, same, nearer, back};
+    for (size_t i = 0; i < 4; i++) lmn_image_free(all[i]);
+    lmn_scene_free(scene);
+    lmn_context_free(context);
+}
+
+/* Parts of a picture are its samples; with photons they have those of later passes. */
+static void test_first_sample(void **state)
+{
+    (void)state;
+    static const char *const integrators[] = {"path", "path+photons"};
+    lmn_context *context = new_context(2);
+    lmn_scene *scene = load_scene(context);
+    for (size_t k = 0; k < 2; k++) {
+        const uint32_t spp = k == 0 ? 4 : 32; /* a pass of photons */
+        lmn_trace_options o = {.struct_size = sizeof o, .integrator = integrators[k]};
+        o.spp = 2 * spp;
+        lmn_image *whole = picture(context, scene, &o);
+        o.spp = spp;
+        lmn_image *first = picture(context, scene, &o);
+        o.first_sample = spp;
+        lmn_image *second = picture(context, scene, &o);
+        assert_true(difference(first, second) > 0.01);
+        const size_t n = (size_t)lmn_image_width(whole) * lmn_image_height(whole) * 3;
+        for (size_t i = 0; i < n; i++)
+            lmn_image_data(first)[i] = 0.5f * lmn_image_data(first)[i] +
+                                       0.5f * lmn_image_data(second)[i];
+        const double off = difference(first, whole);
+        if (!(off < (k == 0 ? 1e-6 : 0.01))) fail_msg("%s: off by %g", integrators[k], off);
+        o.first_sample = 1;
+        EXPECT(context, trace(context, scene, NULL, &o), LMN_ERR_ARGUMENT);
+        o.first_sample = UINT32_MAX - 1;
+        EXPECT(context, trace(context, scene, NULL, &o), LMN_ERR_ARGUMENT);
+        lmn_image_free(whole);
+        lmn_image_free(first);
+        lmn_image_free(second);
+    }
+    lmn_scene_free(scene);
+    lmn_context_free(context);
+}
+
 /* A picture in two parts: names and sums. */
 static void test_split(void **state)
 {
@@ -344,6 +434,7 @@ int main(void)
         cmocka_unit_test(test_context),      cmocka_unit_test(test_struct_size),
         cmocka_unit_test(test_image),        cmocka_unit_test(test_scene),
         cmocka_unit_test(test_trace_errors), cmocka_unit_test(test_integrators),
+        cmocka_unit_test(test_camera),       cmocka_unit_test(test_first_sample),
         cmocka_unit_test(test_split),        cmocka_unit_test(test_cancel),
         cmocka_unit_test(test_free_null),
     };

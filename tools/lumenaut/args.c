@@ -127,6 +127,18 @@ static bool parse_list(const char *text, char separator, uint32_t n, uint32_t *o
     return true;
 }
 
+static bool parse_vector(const char *text, double out[3])
+{
+    for (uint32_t i = 0; i < 3; i++) {
+        char *end;
+        if (*text == '\0' || strchr(" \t\n,", *text)) return false;
+        out[i] = strtod(text, &end);
+        if (end == text || !isfinite(out[i]) || *end != (i < 2 ? ',' : '\0')) return false;
+        text = end + 1;
+    }
+    return true;
+}
+
 static bool parse_choice(const char *text, const char *choices, uint32_t *out)
 {
     const size_t n = strlen(text);
@@ -168,6 +180,9 @@ static void describe(const struct arg_option *o, char *text, size_t size)
         break;
     case ARG_CROP:
         snprintf(text, size, "X,Y,WIDTH,HEIGHT, as 0,0,64,64");
+        break;
+    case ARG_VECTOR:
+        snprintf(text, size, "X,Y,Z, as 0,1.5,-2");
         break;
     case ARG_DURATION:
         snprintf(text, size, "a time, as 90s, 15m or 2h");
@@ -223,6 +238,8 @@ static bool store(const struct arg_option *o, void *place, const char *text)
         uint32_t *crop = place;
         return parse_list(text, ',', 4, crop) && crop[2] > 0 && crop[3] > 0;
     }
+    case ARG_VECTOR:
+        return parse_vector(text, place);
     case ARG_DURATION:
         return parse_duration(text, place);
     case ARG_INTERVAL:

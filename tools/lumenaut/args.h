@@ -35,6 +35,7 @@ enum arg_type {
     ARG_CHOICE,   /* uint32_t, index of a word in `choices` */
     ARG_SIZE,     /* uint32_t[2]: 640x480 */
     ARG_CROP,     /* uint32_t[4]: x,y,width,height */
+    ARG_VECTOR,   /* double[3]: x,y,z */
     ARG_DURATION, /* double, seconds: 90, 90s, 15m, 2h */
     ARG_INTERVAL  /* struct arg_interval: 100i, 5m, never */
 };

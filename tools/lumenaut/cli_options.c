@@ -56,7 +56,7 @@ const struct arg_option scene_options[2] = {
      .offset = offsetof(struct scene_args, variables)},
 };
 
-const struct arg_option picture_options[12] = {
+const struct arg_option picture_options[16] = {
     {.name = "output",
      .letter = 'o',
      .type = ARG_FILE,
@@ -75,6 +75,36 @@ const struct arg_option picture_options[12] = {
      .help = "set a variable: scene units, a share of its range (50%), a choice's name, or for a "
              "group a,b,c; may be repeated",
      .offset = offsetof(struct picture_args, values)},
+    {.name = "origin",
+     .type = ARG_VECTOR,
+     .argument = "X,Y,Z",
+     .help = "where the camera stands, in scene units",
+     .fallback = "the scene's, as for the next three",
+     .offset = offsetof(struct picture_args, camera.origin),
+     .given = offsetof(struct picture_args, has_origin)},
+    {.name = "target",
+     .type = ARG_VECTOR,
+     .argument = "X,Y,Z",
+     .help = "what it looks at",
+     .fallback = "",
+     .offset = offsetof(struct picture_args, camera.target),
+     .given = offsetof(struct picture_args, has_target)},
+    {.name = "up",
+     .type = ARG_VECTOR,
+     .argument = "X,Y,Z",
+     .help = "what is up in the picture",
+     .fallback = "",
+     .offset = offsetof(struct picture_args, camera.up),
+     .given = offsetof(struct picture_args, has_up)},
+    {.name = "fov",
+     .type = ARG_NUMBER,
+     .argument = "DEGREES",
+     .help = "its field of view",
+     .fallback = "",
+     .min = 1e-3,
+     .max = 179.999,
+     .offset = offsetof(struct picture_args, camera.fov),
+     .given = offsetof(struct picture_args, has_fov)},
     {.name = "size",
      .type = ARG_SIZE,
      .argument = "WxH",
@@ -171,6 +201,23 @@ double *make_values(struct app *app, const lmn_scene *scene, const struct arg_li
     return values;
 }
 
+const lmn_camera *make_camera(struct app *app, const lmn_scene *scene, const double *values,
+                              const struct picture_args *p, lmn_camera *out, int *code)
+{
+    *code = EXIT_OK;
+    if (!p->has_origin && !p->has_target && !p->has_up && !p->has_fov) return NULL;
+    const lmn_status status = lmn_scene_get_camera(app->context, scene, values, out);
+    if (status != LMN_OK) {
+        *code = app_failed(app, status, BLAME_USER);
+        return NULL;
+    }
+    if (p->has_origin) memcpy(out->origin, p->camera.origin, sizeof out->origin);
+    if (p->has_target) memcpy(out->target, p->camera.target, sizeof out->target);
+    if (p->has_up) memcpy(out->up, p->camera.up, sizeof out->up);
+    if (p->has_fov) out->fov = p->camera.fov;
+    return out;
+}
+
 int check_picture(struct app *app, const struct picture_args *p)
 {
     if (!p->output) return app_error(app, EXIT_USAGE, "no output: give -o FILE");
@@ -187,6 +234,24 @@ void jo_values(struct json_out *j, const lmn_scene *scene, const double *values)
     jo_object(j, "values");
     for (uint32_t i = 0; i < info.n_variables; i++)
         if (lmn_scene_get_variable(scene, i, &v) == LMN_OK) jo_number(j, v.name, values[i]);
+    jo_end(j);
+}
+
+static void jo_vector(struct json_out *j, const char *key, const double v[3])
+{
+    jo_array(j, key);
+    for (int i = 0; i < 3; i++) jo_number(j, NULL, v[i]);
+    jo_end(j);
+}
+
+void jo_camera(struct json_out *j, const lmn_camera *camera)
+{
+    if (!camera) return;
+    jo_object(j, "camera");
+    jo_vector(j, "origin", camera->origin);
+    jo_vector(j, "target", camera->target);
+    jo_vector(j, "up", camera->up);
+    jo_number(j, "fov", camera->fov);
     jo_end(j);
 }
 

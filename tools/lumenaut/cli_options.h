@@ -35,9 +35,11 @@ struct picture_args {
     uint32_t buffers;
     double exposure;
     struct arg_list values; /* -P */
+    lmn_camera camera;
+    uint32_t has_origin, has_target, has_up, has_fov;
     uint32_t json;
 };
-extern const struct arg_option picture_options[12];
+extern const struct arg_option picture_options[16];
 
 /* Loads a scene as the arguments say. Returns an exit code; *out is the caller's to free. */
 int load_scene(struct app *app, const char *path, const struct scene_args *args, lmn_scene **out);
@@ -47,8 +49,14 @@ int load_scene(struct app *app, const char *path, const struct scene_args *args,
 double *make_values(struct app *app, const lmn_scene *scene, const struct arg_list *assignments,
                     int *code);
 
+/* The camera that options ask for, in *out, what they leave out being the configuration's. Returns
+ * it; NULL when they ask for none, or after saying why, with the exit code in *code. */
+const lmn_camera *make_camera(struct app *app, const lmn_scene *scene, const double *values,
+                              const struct picture_args *p, lmn_camera *out, int *code);
+
 /* Members for JSON documents. */
 void jo_values(struct json_out *j, const lmn_scene *scene, const double *values);
+void jo_camera(struct json_out *j, const lmn_camera *camera); /* NULL: nothing */
 void jo_metrics(struct json_out *j, const char *key, const lmn_metrics *m);
 
 /* "1.5 GiB" */

@@ -23,7 +23,8 @@ static void init(void *args)
 }
 
 static void print_json(const struct render_args *a, const lmn_scene *scene, const double *values,
-                       const lmn_image *image, double load_s, double render_s)
+                       const lmn_camera *camera, const lmn_image *image, double load_s,
+                       double render_s)
 {
     struct json_out j = {.f = stdout};
     jo_object(&j, NULL);
@@ -39,6 +40,7 @@ static void print_json(const struct render_args *a, const lmn_scene *scene, cons
     jo_number(&j, "load_s", load_s);
     jo_count(&j, "peak_memory_bytes", app_peak_memory());
     jo_values(&j, scene, values);
+    jo_camera(&j, camera);
     jo_end(&j);
 }
 
@@ -51,6 +53,8 @@ static int run(void *args)
     lmn_model *model = NULL;
     lmn_image *image = NULL;
     double *values = NULL, render_s = 0.0;
+    lmn_camera seen_from;
+    const lmn_camera *camera = NULL;
     lmn_status status;
     int code = app_open(&app, &a->common);
     const double start_s = clock_s();
@@ -58,6 +62,7 @@ static int run(void *args)
     if (code == EXIT_OK) code = check_picture(&app, p);
     if (code == EXIT_OK) code = load_model(&app, a->common.operands[0], &a->model, &scene, &model);
     if (code == EXIT_OK) values = make_values(&app, scene, &p->values, &code);
+    if (code == EXIT_OK) camera = make_camera(&app, scene, values, p, &seen_from, &code);
     if (code != EXIT_OK) goto done;
 
     const lmn_render_options options = {.struct_size = sizeof options,
@@ -69,7 +74,8 @@ static int run(void *args)
                                         .crop_height = p->crop[3],
                                         .buffer_spp = p->spp,
                                         .buffers = p->buffers,
-                                        .seed = p->seed};
+                                        .seed = p->seed,
+                                        .camera = camera};
     app_begin(&app, "render", NULL, 1.0);
     status = lmn_model_render(app.context, model, values, &options, &image, &render_s);
     const double load_s = clock_s() - start_s - render_s;
@@ -85,7 +91,7 @@ static int run(void *args)
     }
     app_say(&app, "%s: %ux%u, %.3f s", p->output, lmn_image_width(image), lmn_image_height(image),
             render_s);
-    if (p->json) print_json(a, scene, values, image, load_s, render_s);
+    if (p->json) print_json(a, scene, values, camera, image, load_s, render_s);
 done:
     free(values);
     lmn_image_free(image);

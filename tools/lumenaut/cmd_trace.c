@@ -77,7 +77,8 @@ static void init(void *args)
 }
 
 static void print_json(const struct trace_args *a, const lmn_scene *scene, const double *values,
-                       const lmn_image *image, uint32_t spp, double load_s, double render_s)
+                       const lmn_camera *camera, const lmn_image *image, uint32_t spp,
+                       double load_s, double render_s)
 {
     struct json_out j = {.f = stdout};
     const uint32_t width = lmn_image_width(image), height = lmn_image_height(image);
@@ -97,6 +98,7 @@ static void print_json(const struct trace_args *a, const lmn_scene *scene, const
     jo_number(&j, "paths_per_s", (double)width * height * spp / render_s);
     jo_count(&j, "peak_memory_bytes", app_peak_memory());
     jo_values(&j, scene, values);
+    jo_camera(&j, camera);
     jo_array(&j, "channels");
     for (uint32_t c = 0; c < lmn_image_n_channels(image); c++)
         jo_string(&j, NULL, lmn_image_channel_name(image, c));
@@ -113,6 +115,8 @@ static int run(void *args)
     lmn_image *image = NULL;
     lmn_scene_info info;
     double *values = NULL, render_s = 0.0;
+    lmn_camera seen_from;
+    const lmn_camera *camera = NULL;
     lmn_status status;
     int code = app_open(&app, &a->common);
     const double start_s = clock_s();
@@ -120,6 +124,7 @@ static int run(void *args)
     if (code == EXIT_OK) code = check_picture(&app, p);
     if (code == EXIT_OK) code = load_scene(&app, a->common.operands[0], &a->scene, &scene);
     if (code == EXIT_OK) values = make_values(&app, scene, &p->values, &code);
+    if (code == EXIT_OK) camera = make_camera(&app, scene, values, p, &seen_from, &code);
     if (code != EXIT_OK) goto done;
 
     const lmn_trace_options options = {.struct_size = sizeof options,
@@ -143,7 +148,8 @@ static int run(void *args)
                                        .split_delta = a->split_delta,
                                        .sampler = sampler_names[a->sampler],
                                        .mis = mis_names[a->mis],
-                                       .integrator = integrator_names[a->integrator]};
+                                       .integrator = integrator_names[a->integrator],
+                                       .camera = camera};
     lmn_scene_get_info(scene, &info);
     const uint32_t width = p->has_crop ? p->crop[2] : p->has_size ? p->size[0] : info.width;
     const uint32_t height = p->has_crop ? p->crop[3] : p->has_size ? p->size[1] : info.height;
@@ -166,7 +172,7 @@ static int run(void *args)
     }
     app_say(&app, "%s: %ux%u, %u spp, %.2f s (%.3g Mpaths/s)", p->output, width, height, spp,
             render_s, 1e-6 * width * height * spp / render_s);
-    if (p->json) print_json(a, scene, values, image, spp, load_s, render_s);
+    if (p->json) print_json(a, scene, values, camera, image, spp, load_s, render_s);
 done:
     free(values);
     lmn_image_free(image);

@@ -9,6 +9,8 @@ json 'd["size"] == [48, 32] and d["render_s"] > 0 and d["values"]["slide"] == 0'
 "$lumenaut" render m.lmn -o b.exr -q -t 2
 cmp a.exr b.exr
 "$lumenaut" render m.lmn -o c.exr -q --size 20x30 --crop 2,3,5,7 --buffers --spp 2 --max-depth 3
+"$lumenaut" render m.lmn -o c.exr -q --origin 0,3,4 --json | json 'd["camera"]["origin"] == [0, 3, 4]'
+"$lumenaut" compare c.exr a.exr --json | json 'd["metrics"]["mape"] > 0.01'
 "$lumenaut" render m.lmn -o - --format png -q --exposure 2 >c.png
 "$lumenaut" compare c.png c.png >/dev/null
 "$lumenaut" params m.lmn --json | json 'len(d["variables"]) == 6 and d["spp"] == 3'

@@ -24,6 +24,17 @@ cmp a.png a.dat
 "$lumenaut" compare e.exr b.exr --json | json 'd["metrics"]["mse"] == 0'
 [ "$(head -c 8 a.png | od -An -tx1 | tr -d ' \n')" = 89504e470d0a1a0a ]
 
+# from elsewhere: what is left out is the scene's
+"$lumenaut" trace "$scene" -o k.exr -q --origin 0,1.5,5 --json >k.json
+json 'd["camera"]["origin"] == [0, 1.5, 5] and d["camera"]["fov"] == 45' <k.json
+"$lumenaut" compare k.exr b.exr --json | json 'd["metrics"]["mape"] < 0.02'
+"$lumenaut" trace "$scene" -o k.exr -q --target -1,0.7,-1e-1 --up 0.1,1,0 --fov 30 --json >k.json
+json 'd["camera"]["target"] == [-1, 0.7, -0.1] and d["camera"]["fov"] == 30' <k.json
+"$lumenaut" compare k.exr b.exr --json | json 'd["metrics"]["mape"] > 0.1'
+for wrong in "--origin 1,2" "--target 1,2,3,4" "--up 0,0,0" "--up 1,,2" "--fov 180" "--target 0,1.5,5" "--origin 1,2,inf"; do
+    code 2 "$lumenaut" trace "$scene" -o x.png -q $wrong 2>>said
+done
+
 # channels
 "$lumenaut" trace "$scene" -o f.exr -q --buffers --half-buffers --spp 3 --json >f.json
 json 'd["spp"] == 4 and len(d["channels"]) == 34' <f.json

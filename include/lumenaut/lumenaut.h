@@ -114,6 +114,16 @@ LMN_API lmn_status lmn_image_load(lmn_context *context, const char *path, lmn_im
 LMN_API lmn_status lmn_image_save(lmn_context *context, const lmn_image *image, const char *path,
                                   const char *format, double exposure);
 
+enum {
+    LMN_TONE_SRGB = 0, /* cut off at 1 */
+    LMN_TONE_ACES = 1  /* rolled off as film does: the fit of Narkowicz 2015 */
+};
+
+/* What a screen shows: rgb [height][width][3] gets sRGB of the curve LMN_TONE_* of exposure times
+ * the first three channels. */
+LMN_API lmn_status lmn_image_tone(lmn_context *context, const lmn_image *image, double exposure,
+                                  uint32_t tone, uint8_t *rgb);
+
 typedef struct lmn_metrics {
     /* On linear radiance, mean over pixels and channels; p is the test image, g the reference. */
     double mae;    /* |p-g| */
@@ -435,7 +445,7 @@ typedef struct lmn_render_options {
     uint32_t buffers;    /* 1: append them to the image */
     uint64_t seed;
     const lmn_camera *camera; /* NULL: the configuration's */
-    uint32_t first_sample;    /* as in lmn_trace_options */
+    uint32_t first_sample;    /* as in lmn_trace_options; may be odd */
 } lmn_render_options;
 
 /* Renders one configuration by the network as it is now; as lmn_model_render(), and not counted as
@@ -476,6 +486,10 @@ LMN_API void lmn_model_info_free(lmn_model_info *info);
 LMN_API lmn_status lmn_model_render(lmn_context *context, const lmn_model *model,
                                     const double *values, const lmn_render_options *options,
                                     lmn_image **out, double *render_s);
+
+/* Seconds of the last picture of the improved method's network: tracing its buffers, and all that
+ * the network does; 0 for the paper's. */
+LMN_API void lmn_model_get_times(const lmn_model *model, double *buffers_s, double *network_s);
 
 typedef struct lmn_eval_options {
     uint32_t struct_size;

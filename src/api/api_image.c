@@ -7,6 +7,7 @@
 #include "base/mem.h"
 #include "image/draw.h"
 #include "image/metrics.h"
+#include "image/tone.h"
 
 lmn_status image_handle(struct image *image, lmn_image **out, struct error *err)
 {
@@ -191,4 +192,23 @@ done:
     mem_free(images);
     mem_free(rows);
     return status;
+}
+
+lmn_status lmn_image_tone(lmn_context *context, const lmn_image *image, double exposure,
+                          uint32_t tone, uint8_t *rgb)
+{
+    struct error *err = context_begin(context);
+    const struct image *im = &image->image;
+    struct tone table;
+    if (im->n_channels < 3)
+        return fail(err, LMN_ERR_ARGUMENT, "tone: %u channels; three or more are needed",
+                    im->n_channels);
+    if (tone > LMN_TONE_ACES) return fail(err, LMN_ERR_ARGUMENT, "tone %u: 0 or 1", tone);
+    if (!(exposure >= 0.0 && exposure <= 1e9))
+        return fail(err, LMN_ERR_ARGUMENT, "exposure %g: 0 to 1e9", exposure);
+    tone_init(&table);
+    tone_apply_pixels(&table, context->pool, im->data, (size_t)im->width * im->height,
+                      im->n_channels, (float)exposure,
+                      tone == LMN_TONE_ACES ? TONE_ACES : TONE_SRGB, rgb);
+    return LMN_OK;
 }

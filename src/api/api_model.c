@@ -75,10 +75,6 @@ lmn_status scene_render_options(const lmn_scene *scene, const double *values,
     lmn_status status = LMN_OK;
     lmn_render_options o;
     TRY(options_copy("lmn_render_options", options, &o, sizeof o, err));
-    if (o.first_sample % 2) {
-        status = fail(err, LMN_ERR_ARGUMENT, "first_sample %u: odd", o.first_sample);
-        goto done;
-    }
     *out = (struct model_render_options){.buffer_spp = o.buffer_spp,
                                          .seed = o.seed,
                                          .first_sample = o.first_sample,
@@ -113,6 +109,11 @@ lmn_status lmn_model_render(lmn_context *context, const lmn_model *model, const 
 done:
     image_release(&image);
     return status;
+}
+
+void lmn_model_get_times(const lmn_model *model, double *buffers_s, double *network_s)
+{
+    model_times(model->model, buffers_s, network_s);
 }
 
 lmn_status lmn_model_eval(lmn_context *context, const lmn_model *model,

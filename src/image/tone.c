@@ -38,6 +38,8 @@ struct job {
     size_t n;
     float exposure;
     uint8_t *out;
+    size_t stride; /* of pixels */
+    enum tone_curve curve;
 };
 
 static void apply_chunk(void *ctx, uint32_t item, uint32_t worker)
@@ -53,6 +55,33 @@ static void apply_chunk(void *ctx, uint32_t item, uint32_t worker)
 void tone_apply(const struct tone *t, struct pool *pool, const float *linear, size_t n,
                 float exposure, uint8_t *out)
 {
-    struct job j = {t, linear, n, exposure, out};
+    struct job j = {.tone = t, .linear = linear, .n = n, .exposure = exposure, .out = out};
     pool_run(pool, (uint32_t)((n + CHUNK - 1) / CHUNK), apply_chunk, &j);
+}
+
+static float film(float x)
+{
+    x = x > 0.0f ? fminf(x, 1e4f) : 0.0f;
+    return x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f);
+}
+
+static void apply_pixels(void *ctx, uint32_t item, uint32_t worker)
+{
+    const struct job *j = ctx;
+    const size_t first = (size_t)item * CHUNK;
+    const size_t last = j->n - first < CHUNK ? j->n : first + CHUNK;
+    (void)worker;
+    for (size_t i = first; i < last; i++)
+        for (size_t c = 0; c < 3; c++) {
+            const float x = j->exposure * j->linear[i * j->stride + c];
+            j->out[3 * i + c] = tone_of(j->tone, j->curve == TONE_ACES ? film(x) : x);
+        }
+}
+
+void tone_apply_pixels(const struct tone *t, struct pool *pool, const float *linear,
+                       size_t n_pixels, size_t stride, float exposure, enum tone_curve curve,
+                       uint8_t *out)
+{
+    struct job j = {t, linear, n_pixels, exposure, out, stride, curve};
+    pool_run(pool, (uint32_t)((n_pixels + CHUNK - 1) / CHUNK), apply_pixels, &j);
 }

@@ -39,10 +39,19 @@ static inline uint8_t tone_of(const struct tone *t, float x)
     return (uint8_t)(first + (x >= t->least[first + 1]));
 }
 
+/* How radiance beyond what a screen shows ends: cut off, or as film does (the fit of Narkowicz 2015
+ * to the ACES curve). */
+enum tone_curve { TONE_SRGB, TONE_ACES };
+
 struct pool;
 
 /* out [n] from linear [n] times exposure, on the pool. */
 void tone_apply(const struct tone *t, struct pool *pool, const float *linear, size_t n,
                 float exposure, uint8_t *out);
+
+/* The first three of `stride` numbers of each pixel, to out [n_pixels][3]. */
+void tone_apply_pixels(const struct tone *t, struct pool *pool, const float *linear,
+                       size_t n_pixels, size_t stride, float exposure, enum tone_curve curve,
+                       uint8_t *out);
 
 #endif

@@ -95,6 +95,11 @@ lmn_status model_render(struct model *m, const float *u, const struct model_rend
     return painter_render(&m->painter, u, options, out, render_s, progress, progress_user, err);
 }
 
+void model_times(const struct model *m, double *buffers_s, double *network_s)
+{
+    painter_times(&m->painter, buffers_s, network_s);
+}
+
 lmn_status model_eval(struct model *m, const lmn_eval_options *options, lmn_progress_fn *progress,
                       void *progress_user, lmn_eval_result *out, lmn_metrics *each,
                       struct image *sheet, struct error *err)

@@ -23,7 +23,7 @@ struct model_render_options {
     struct window window; /* full size and what to show of it */
     uint32_t buffer_spp;  /* 0: 16 */
     uint64_t seed;
-    uint32_t first_sample;   /* of the buffers: even */
+    uint32_t first_sample;   /* of the buffers */
     bool with_buffers;       /* append buffer_channel_names */
     const struct pose *pose; /* NULL: the configuration's camera */
 };
@@ -35,6 +35,9 @@ struct model_render_options {
 lmn_status model_render(struct model *m, const float *u, const struct model_render_options *options,
                         struct image *out, double *render_s, lmn_progress_fn *progress,
                         void *progress_user, struct error *err);
+
+/* Seconds of the last picture: painter_times(). */
+void model_times(const struct model *m, double *buffers_s, double *network_s);
 
 /* Mean metrics, noise floor, times and (not NULL) the contact sheet and each configuration's
  * metrics [n]; evaluate.h. options' zeros stand for defaults. */

@@ -271,7 +271,8 @@ lmn_status painter_render(struct painter *p, const float *u,
     lmn_status status = LMN_OK;
     struct image im = {0};
     const struct window *w = &options->window;
-    double start = clock_wall_s();
+    const double start = clock_wall_s();
+    const uint64_t start_ticks = clock_ticks();
     if (w->width == 0 || w->height == 0 || w->width > PAINTER_PIXELS || w->width > w->full_width ||
         w->x > w->full_width - w->width || w->height > w->full_height ||
         w->y > w->full_height - w->height) {
@@ -303,10 +304,24 @@ lmn_status painter_render(struct painter *p, const float *u,
         TRY(paint_tiles(&frame, progress, progress_user, err));
     else
         TRY(paint_strips(&frame, progress, progress_user, err));
-    if (render_s) *render_s = clock_wall_s() - start;
+    const double seconds = clock_wall_s() - start;
+    const uint64_t ticks = clock_ticks() - start_ticks;
+    if (render_s) *render_s = seconds;
+    if (p->n_desks > 0 && ticks > 0) p->seconds_per_tick = seconds / (double)ticks / p->n_desks;
     *out = im;
     im = (struct image){0};
 done:
     image_release(&im);
     return status;
+}
+
+void painter_times(const struct painter *p, double *buffers_s, double *network_s)
+{
+    uint64_t buffers = 0, network = 0;
+    for (uint32_t i = 0; i < p->n_desks; i++) {
+        buffers += p->desks[i].buffer_ticks;
+        network += p->desks[i].look_ticks + p->desks[i].network_ticks;
+    }
+    *buffers_s = p->seconds_per_tick * (double)buffers;
+    *network_s = p->seconds_per_tick * (double)network;
 }

@@ -49,6 +49,7 @@ struct painter {
     struct painter_desk *desks; /* [n_desks] */
     uint32_t n_desks;
     float lights[FIELD_MAX_LIGHTS * 3]; /* powers_at() */
+    double seconds_per_tick;            /* of the last picture's desks, which work side by side */
     uint64_t memory_size;
 };
 
@@ -64,5 +65,8 @@ lmn_status painter_render(struct painter *p, const float *u,
                           const struct model_render_options *options, struct image *out,
                           double *render_s, lmn_progress_fn *progress, void *progress_user,
                           struct error *err);
+
+/* Seconds of the last picture, by the compact network: tracing buffers; looking and the network. */
+void painter_times(const struct painter *p, double *buffers_s, double *network_s);
 
 #endif

@@ -45,6 +45,37 @@ static void pieces_hold_one_step(void **state)
         assert_in_range(tone.first[i + 1] - tone.first[i], 0, 1);
 }
 
+/* Pixels of more channels; the film's curve rolls off, keeps the order and ends at white. */
+static void pixels_are_done_alike(void **state)
+{
+    enum { N = 70001, STRIDE = 5 };
+    float *linear = mem_new((size_t)N * STRIDE, sizeof *linear);
+    uint8_t *out = mem_new((size_t)N * 3, 1), last = 0;
+    struct pool *pool = pool_new(3);
+    (void)state;
+    assert_true(linear && out && pool);
+    for (size_t i = 0; i < N; i++)
+        for (size_t c = 0; c < STRIDE; c++) linear[i * STRIDE + c] = (float)(i + c) * (2.0f / N);
+    tone_apply_pixels(&tone, pool, linear, N, STRIDE, 0.75f, TONE_SRGB, out);
+    for (size_t i = 0; i < N * 3; i++)
+        assert_int_equal(out[i], tone_of(&tone, 0.75f * linear[i / 3 * STRIDE + i % 3]));
+    tone_apply_pixels(&tone, pool, linear, N, STRIDE, 8.0f, TONE_ACES, out);
+    for (size_t i = 0; i < N; i++) {
+        assert_true(out[3 * i] >= last);
+        last = out[3 * i];
+    }
+    assert_in_range(out[3 * (N / 16)], 200, 235); /* 1, which sRGB would show white */
+    assert_true(last == 255);
+    linear[0] = NAN;
+    linear[1] = INFINITY;
+    linear[2] = -3;
+    tone_apply_pixels(&tone, pool, linear, 1, STRIDE, 1.0f, TONE_ACES, out);
+    assert_true(out[0] == 0 && out[1] == 255 && out[2] == 0);
+    pool_free(pool);
+    mem_free(linear);
+    mem_free(out);
+}
+
 static void pictures_are_done_whole(void **state)
 {
     enum { N = 200003 };
@@ -66,6 +97,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(look_ups_are_the_curve),
         cmocka_unit_test(pieces_hold_one_step),
+        cmocka_unit_test(pixels_are_done_alike),
         cmocka_unit_test(pictures_are_done_whole),
     };
     tone_init(&tone);

@@ -204,6 +204,7 @@ typedef struct lmn_variable_info {
     uint32_t n_choices;     /* > 0: a discrete variable with values 0 .. n_choices-1 */
     const char *const *choices; /* their names */
     const char *targets;        /* the parameter paths it drives, separated by spaces */
+    const char *description;    /* of its group, for people; "" where there is none */
 } lmn_variable_info;
 
 LMN_API lmn_status lmn_scene_get_variable(const lmn_scene *scene, uint32_t index,

@@ -124,7 +124,8 @@ lmn_status lmn_scene_get_variable(const lmn_scene *scene, uint32_t index, lmn_va
                                .value = v->value,
                                .n_choices = v->n_choices,
                                .choices = v->choices,
-                               .targets = v->targets ? v->targets : ""};
+                               .targets = v->targets ? v->targets : "",
+                               .description = v->description ? v->description : ""};
     return LMN_OK;
 }
 

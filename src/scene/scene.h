@@ -316,9 +316,9 @@ void *param_in(const struct param *p, struct scene_state *state);
 
 /* One dimension of the space of configurations; public meaning in struct lmn_variable_info. */
 struct variable {
-    const char *name, *group, *kind, *unit, *targets;
-    double min, max, value; /* scene units */
-    uint32_t n_choices;     /* > 0: discrete, values 0 .. n_choices-1 */
+    const char *name, *group, *kind, *unit, *targets, *description; /* the last may be NULL */
+    double min, max, value;                                         /* scene units */
+    uint32_t n_choices; /* > 0: discrete, values 0 .. n_choices-1 */
     const char *const *choices;
 };
 

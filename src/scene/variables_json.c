@@ -46,7 +46,7 @@ static lmn_status read_kind(struct entry *e, const struct kind **kind)
     return LMN_OK;
 }
 
-/* "name" and "unit", which every kind has. */
+/* "name", "unit" and "description", which every kind has. */
 static lmn_status read_names(struct entry *e, const struct kind *kind)
 {
     lmn_status status = LMN_OK;
@@ -69,7 +69,14 @@ static lmn_status read_names(struct entry *e, const struct kind *kind)
         json_reader_leave(e->r);
     }
     e->unit = arena_strdup(e->b->arena, text);
-    if (!e->name || !e->unit) status = entry_no_memory(e);
+    text = "";
+    if (entry_get(e, "description")) {
+        json_reader_enter(e->r, "description", 0);
+        TRY(json_read_string(e->r, entry_get(e, "description"), &text));
+        json_reader_leave(e->r);
+    }
+    e->description = arena_strdup(e->b->arena, text);
+    if (!e->name || !e->unit || !e->description) status = entry_no_memory(e);
 done:
     return status;
 }

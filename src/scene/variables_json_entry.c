@@ -30,6 +30,7 @@ lmn_status entry_add_variable(struct entry *e, const char *suffix, struct variab
     v.group = e->name;
     v.kind = e->kind;
     v.unit = e->unit;
+    v.description = e->description;
     v.name = e->name;
     if (suffix) {
         size_t size = strlen(e->name) + strlen(suffix) + 2;

@@ -12,7 +12,7 @@ struct entry {
     struct json_reader *r; /* its path is at the entry */
     struct builder *b;
     const json_t *json;
-    const char *kind, *name, *unit; /* in the builder's arena */
+    const char *kind, *name, *unit, *description; /* in the builder's arena */
     struct place place;
     uint32_t first;                /* its variables start here */
     const struct target **targets; /* [n_targets], set by entry_read_targets() */

@@ -68,6 +68,7 @@ static void print_json(const char *path, const lmn_scene *scene)
         jo_string(&j, "kind", v.kind);
         jo_string(&j, "group", v.group);
         jo_string(&j, "unit", v.unit);
+        jo_string(&j, "description", v.description);
         jo_number(&j, "min", v.min);
         jo_number(&j, "max", v.max);
         jo_number(&j, "default", v.value);

@@ -4,7 +4,7 @@ scene=$here/scenes/box.xml
 "$lumenaut" params "$scene"
 "$lumenaut" params "$scene" --json >p.json
 json '[v["name"] for v in d["variables"]] == ["slide", "tint.r", "tint.g", "tint.b", "gloss", "shown"]' <p.json
-json 'd["variables"][0] == {"name": "slide", "kind": "translate", "group": "slide", "unit": "m", "min": -1, "max": 1, "default": 0, "choices": [], "targets": ["cube.to_world"]}' <p.json
+json 'd["variables"][0] == {"name": "slide", "kind": "translate", "group": "slide", "unit": "m", "description": "", "min": -1, "max": 1, "default": 0, "choices": [], "targets": ["cube.to_world"]}' <p.json
 json 'd["variables"][1]["group"] == "tint" and d["variables"][5]["choices"] == ["off", "on"]' <p.json
 json 'all(set(p) == {"path", "type", "value"} for p in d["parameters"])' <p.json
 json '{"cube.to_world", "wall.reflectance.value"} <= {p["path"] for p in d["parameters"]}' <p.json

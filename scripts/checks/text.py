@@ -4,7 +4,7 @@
 
 C, shell and Python files start with an SPDX line; no tabs (but in Makefile), trailing blanks or
 invisible Unicode; a newline ends the file; C lines have at most 100 columns; file names are unique in
-src/ and in tools/; files over 800 lines get a warning, which is no failure.
+src/, tools/ and viewer/; files over 800 lines get a warning, which is no failure.
 """
 import pathlib
 import subprocess
@@ -63,7 +63,7 @@ def main():
     problems, warnings, seen = [], [], {}
     for path in files_of(root):
         shown = path.relative_to(root)
-        if shown.parts[0] in ("src", "tools") and path.suffix in (".c", ".h"):
+        if shown.parts[0] in ("src", "tools", "viewer") and path.suffix in (".c", ".h"):
             taken = seen.setdefault((shown.parts[0], path.name), shown)
             if taken != shown:
                 problems.append(f"{shown}: the name is taken by {taken}")

@@ -32,6 +32,7 @@ static int on_progress(void *user, double done, double total)
         if (app->part_size > 0.0) share = app->part_start + app->part_size * share;
         progress_update(&app->progress, share, app->units * share, NULL, NULL);
     }
+    if (app->is_stale && app->is_stale(app->stale_user)) return 1;
     return caught && !app->ignore_signal;
 }
 

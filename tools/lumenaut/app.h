@@ -15,6 +15,9 @@ struct app {
     double units;       /* progress callbacks count fractions of these */
     bool ignore_signal; /* a signal does not stop the work under way: training ends its step */
     bool is_silent;     /* progress of the calls under way is not shown */
+    /* Work that nobody wants any more stops, too: asked while it goes on; NULL: never. */
+    bool (*is_stale)(void *user);
+    void *stale_user;
     double part_start, part_size; /* which part of the whole they are; size 0: all of it */
 };
 

@@ -66,6 +66,6 @@ void format_bytes(uint64_t n, char text[32]);
 int check_picture(struct app *app, const struct picture_args *p);
 
 extern const struct command command_trace, command_train, command_render, command_eval,
-    command_compare, command_params, command_plot, command_bench, command_info;
+    command_compare, command_params, command_plot, command_view, command_bench, command_info;
 
 #endif

@@ -6,8 +6,17 @@
 #include <string.h>
 
 const struct command *const commands[] = {
-    &command_trace,  &command_train, &command_render, &command_eval, &command_compare,
-    &command_params, &command_plot,  &command_bench,  &command_info, NULL,
+    &command_trace,
+    &command_train,
+    &command_render,
+    &command_eval,
+    &command_compare,
+    &command_params,
+    &command_plot,
+    &command_view,
+    &command_bench,
+    &command_info,
+    NULL,
 };
 
 static int show_version(void)

@@ -2,7 +2,7 @@
 # --help of the program and of each command goes to standard output.
 "$lumenaut" --help
 "$lumenaut" --version
-for command in trace train render eval compare params plot bench info; do
+for command in trace train render eval compare params plot view bench info; do
     "$lumenaut" $command --help >$command.txt
     head -n 1 $command.txt
     tail -n 1 $command.txt

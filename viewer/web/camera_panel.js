@@ -51,6 +51,7 @@ export class CameraPanel {
             what: 'view', isSound: isCamera, take: () => navigation.camera, use: go,
         });
         const draw = onceAFrame(() => this.#draw());
+        $('panel-camera').addEventListener('shown', draw);
         store.listen(what => {
             if (what.values || what.camera) draw();
         });
@@ -64,7 +65,7 @@ export class CameraPanel {
 
     #draw() {
         const { hello, camera: own } = this.#store;
-        if (!hello) return;
+        if (!hello || $('panel-camera').hidden) return;
         const camera = this.#navigation.camera;
         $('camera-whose').textContent = own
             ? 'Your own camera; the scene keeps its.'

@@ -4,7 +4,7 @@ import { $ } from './dom.js';
 import { isDiscrete, quote, short } from './format.js';
 import { toast } from './notice.js';
 
-const exact = x => String(Number(x.toPrecision(7)));
+const exact = String; /* as many digits as it takes to read the same number again */
 
 function variableWords(store) {
     const words = [];

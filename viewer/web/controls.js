@@ -8,15 +8,23 @@ import { layPad, makePad } from './pad.js';
 
 const RADIOS = 4; /* more choices than this become a list */
 
-/* Variables of one group belong together; order is that of the scene. */
+/* Variables of one group and kind belong together; order is that of the scene. An object that both
+ * moves and turns makes two controls. */
 function groupsOf(variables) {
     const groups = new Map();
     variables.forEach((v, index) => {
-        const key = v.group || v.name;
-        if (!groups.has(key)) groups.set(key, { name: key, kind: v.kind, indices: [] });
+        const name = v.group || v.name;
+        const key = `${name} ${v.kind}`;
+        if (!groups.has(key)) groups.set(key, { key, name, kind: v.kind, indices: [] });
         groups.get(key).indices.push(index);
     });
     return [...groups.values()];
+}
+
+/* A lone member says which it is: "Ball x". */
+function labelOf({ name, indices }, variables) {
+    if (indices.length > 1) return title(name);
+    return title(variables[indices[0]].name.replaceAll('.', ' '));
 }
 
 const lastPart = name => title(name.split('.').pop());
@@ -26,7 +34,8 @@ export class Controls {
     #root = $('controls');
     #updates = [];
 
-    locked = new Set(); /* names of groups that randomising leaves alone */
+    #locked = new Set(); /* keys of groups that randomising leaves alone */
+    #groups = [];
 
     constructor(store) {
         this.#store = store;
@@ -34,23 +43,29 @@ export class Controls {
         store.listen(what => {
             if (what.values) update();
         });
-        $('randomise').addEventListener('click', () => store.randomise(this.locked));
+        $('randomise').addEventListener('click', () => this.randomise());
         $('reset-all').addEventListener('click', () => store.resetAll());
     }
 
     build() {
         this.#updates = [];
-        const groups = groupsOf(this.#store.variables);
-        this.#root.replaceChildren(...groups.map(group => this.#control(group)));
-        if (groups.length === 0) {
+        this.#groups = groupsOf(this.#store.variables);
+        this.#root.replaceChildren(...this.#groups.map(group => this.#control(group)));
+        if (this.#groups.length === 0) {
             this.#root.append(h('p', { class: 'soft' }, 'This scene declares no variables.'));
         }
+    }
+
+    randomise() {
+        const free = this.#groups.filter(group => !this.#locked.has(group.key));
+        this.#store.randomise(free.flatMap(group => group.indices));
     }
 
     #control(group) {
         const { kind, indices } = group;
         const variables = indices.map(i => this.#store.variables[i]);
-        const label = title(group.name);
+        const label = labelOf(group, this.#store.variables);
+        const id = `name-${group.indices[0]}`;
         const n = indices.length;
         let parts = null;
         if (n === 1 && isDiscrete(variables[0])) parts = this.#discrete(indices[0], label);
@@ -59,10 +74,10 @@ export class Controls {
         else if (n === 1) parts = this.#single(indices[0], label);
         else parts = { body: indices.map(i => this.#member(i, label)) };
 
-        const name = h(n === 1 ? 'span' : 'h3', { class: 'name', id: `name-${group.name}` }, label);
+        const name = h(n === 1 ? 'span' : 'h3', { class: 'name', id }, label);
         const texts = new Set(variables.map(v => v.description).filter(Boolean));
         return h('div', {
-            class: 'control', role: 'group', 'aria-labelledby': `name-${group.name}`,
+            class: 'control', role: 'group', 'aria-labelledby': id,
             'data-group': group.name, 'data-kind': kind,
         }, h('div', { class: 'head' }, name, parts.head, this.#buttons(group, label)),
         parts.body, ...[...texts].map(text => h('p', { class: 'note' }, text)));
@@ -75,16 +90,16 @@ export class Controls {
             store.change({ values: group.indices.map(i => [i, store.variables[i].value]) });
         });
         const lock = h('button', {
-            type: 'button', class: 'plain', 'aria-pressed': String(this.locked.has(group.name)),
+            type: 'button', class: 'plain', 'aria-pressed': String(this.#locked.has(group.key)),
             'aria-label': `Lock ${label}`, title: `Lock ${label}: not randomised`,
             'data-action': 'lock', 'data-group': group.name,
             onclick: () => {
-                if (!this.locked.delete(group.name)) this.locked.add(group.name);
+                if (!this.#locked.delete(group.key)) this.#locked.add(group.key);
                 draw();
             },
         });
         const draw = () => {
-            const isLocked = this.locked.has(group.name);
+            const isLocked = this.#locked.has(group.key);
             lock.setAttribute('aria-pressed', String(isLocked));
             lock.replaceChildren(icon(isLocked ? 'lock' : 'unlock'));
         };

@@ -18,7 +18,7 @@ const LISTS = [
         ['E and Q', 'Fly up and down'],
         ['0', "Back to the scene's camera"],
         ['1 to 5', 'Neural, traced, split, error, buffer'],
-        ['X', 'Swap the sides of the split'],
+        ['X', 'Swap the sides of the split; with the divider at an edge: flip'],
         ['P', 'Pixel readout on and off'],
         ['R', 'Randomise the variables'],
         ['F', 'Full screen'],

@@ -103,6 +103,13 @@ $('copy-command').addEventListener('click',
                                    () => copyText(commandLine(store, stage.size()),
                                                   'Command line'));
 
+function toggleFullscreen() {
+    if (document.fullscreenElement) document.exitFullscreen();
+    else $('picture-area').requestFullscreen?.();
+}
+
+$('fullscreen').addEventListener('click', toggleFullscreen);
+
 function chooseMode(mode) {
     const radio = document.querySelector(`input[name=mode][value=${mode}]`);
     if (!radio.disabled) store.change({ view: { mode } });
@@ -122,9 +129,8 @@ startKeys({
         5: () => chooseMode('buffer'),
         x: () => split.swap(),
         p: () => readout.toggle(),
-        r: () => store.randomise(controls.locked),
-        f: () => (document.fullscreenElement ? document.exitFullscreen()
-            : $('picture-area').requestFullscreen?.()),
+        r: () => controls.randomise(),
+        f: () => toggleFullscreen(),
     },
 });
 

@@ -15,6 +15,7 @@ export class Navigation {
     #pointers = new Map(); /* pointerId -> {x, y} */
     #button = 0;
     #keys = new Set();
+    #isFast = false;
     #flying = 0;
     #flownAt = 0;
 
@@ -31,6 +32,9 @@ export class Navigation {
         }
         s.addEventListener('wheel', event => this.#wheel(event), { passive: false });
         s.addEventListener('contextmenu', event => event.preventDefault());
+        for (const name of ['keydown', 'keyup']) {
+            addEventListener(name, event => { this.#isFast = event.shiftKey; });
+        }
         addEventListener('keyup', event => this.#keys.delete(event.key.toLowerCase()));
         addEventListener('blur', () => this.#keys.clear());
         s.addEventListener('blur', () => this.#keys.clear());
@@ -132,12 +136,12 @@ export class Navigation {
         if (this.#flying === 0) {
             this.#flownAt = performance.now();
             this.#store.begin();
-            this.#flying = requestAnimationFrame(now => this.#flyOn(now, event.shiftKey));
+            this.#flying = requestAnimationFrame(now => this.#flyOn(now));
         }
         return true;
     }
 
-    #flyOn(now, isFast) {
+    #flyOn(now) {
         if (this.#keys.size === 0) {
             this.#flying = 0;
             this.#store.end();
@@ -153,9 +157,9 @@ export class Navigation {
         let way = [0, 0, 0];
         for (const key of this.#keys) way = add(way, parts[FLY[key]]);
         if (length(way) > 0) {
-            const far = this.speed * (isFast ? 3 : 1) * dt * diagonal(this.#store.hello);
+            const far = this.speed * (this.#isFast ? 3 : 1) * dt * diagonal(this.#store.hello);
             this.#set(move(this.camera, scale(normalize(way), far)));
         }
-        this.#flying = requestAnimationFrame(next => this.#flyOn(next, isFast));
+        this.#flying = requestAnimationFrame(next => this.#flyOn(next));
     }
 }

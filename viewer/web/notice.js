@@ -21,6 +21,11 @@ export function toast(text, isError = false) {
     setTimeout(() => note.remove(), isError ? 2 * SHOWN_MS : SHOWN_MS);
 }
 
+/* Words for who listens only: what others see anyway. */
+export function announce(text) {
+    $('announcer').textContent = text;
+}
+
 const SIGNS = { connecting: '…', open: '●', lost: '!' };
 const WORDS = { connecting: 'Connecting', open: 'Connected', lost: 'Not connected' };
 

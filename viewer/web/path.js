@@ -7,7 +7,7 @@ import { atTime } from './spline.js';
 import { pathDocument, readPath } from './path_file.js';
 import { copyText, pathCommandLine } from './command.js';
 import { readStorage, writeStorage } from './shelf.js';
-import { toast } from './notice.js';
+import { announce, toast } from './notice.js';
 import { holdWhileDown } from './slider.js';
 
 const GAP_S = 2; /* between a new key and the last one */
@@ -48,6 +48,12 @@ export class PathEditor {
         store.listen(what => {
             if (what.view) this.#drawCommand();
         });
+        /* Who takes hold of something else wants that, not the film. */
+        for (const event of ['pointerdown', 'keydown', 'wheel']) {
+            document.addEventListener(event, ({ target }) => {
+                if (this.#playing && !$('panel-path').contains(target)) this.#stop();
+            }, { capture: true, passive: true });
+        }
     }
 
     greet() {
@@ -104,7 +110,7 @@ export class PathEditor {
         this.#keys.push({ time, ...this.#now() });
         this.#time = time;
         this.#changed();
-        toast(`Key at ${fixed(time, 2)} s.`);
+        announce(`Key at ${fixed(time, 2)} s.`);
     }
 
     #show(t, how) {

@@ -67,7 +67,7 @@ export function statesPlot({ variables, states, current, chosen, choose }) {
     }
     const n = variables.length;
     const top = 8, bottom = 52, height = 210;
-    const left = 14, right = 14;
+    const left = 34, right = 10;
     const x = i => (n > 1 ? left + (WIDTH - left - right) * i / (n - 1) : WIDTH / 2);
     const y = (i, value) => {
         const { min, max } = variables[i];
@@ -85,7 +85,8 @@ export function statesPlot({ variables, states, current, chosen, choose }) {
         }, v.name.length > 11 ? `${v.name.slice(0, 10)}…` : v.name) : null,
     ]);
     const lines = states.map((values, k) => svg('g', { class: 'state', 'data-state': k,
-                                                       onclick: () => choose(k) },
+                                                       /* A click may end on what replaced it. */
+                                                       onpointerdown: () => choose(k) },
         svg('title', null, describe(variables, values)),
         /* A wide line that is not seen makes the thin one easy to hit. */
         svg('polyline', { class: 'state-hit', points: line(values) }),

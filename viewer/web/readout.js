@@ -17,7 +17,8 @@ export class Readout {
     #stage;
     #store;
     #id = 0;
-    #asked = 0; /* when the question under way was put; 0: none is */
+    #isAsking = false; /* a question is under way */
+    #askedAt = -Infinity;
     #next = null; /* the pixel to ask for when the answer is there */
     #timer = 0;
     #rest = 0;
@@ -43,7 +44,7 @@ export class Readout {
         connection.addEventListener('message', ({ detail: m }) => {
             if (m.type === 'pixel') this.#answer(m);
         });
-        connection.addEventListener('lost', () => { this.#asked = 0; });
+        connection.addEventListener('lost', () => { this.#isAsking = false; });
     }
 
     get isOn() {
@@ -91,19 +92,24 @@ export class Readout {
     /* One question at a time, the newest. */
     #pump() {
         const now = performance.now();
-        if (!this.#next || (this.#asked !== 0 && now - this.#asked < PATIENCE_MS)) return;
+        const isWaiting = this.#isAsking && now - this.#askedAt < PATIENCE_MS;
+        if (!this.#next || isWaiting) return;
         clearTimeout(this.#timer);
-        this.#id++;
-        if (this.#connection.send({ type: 'pixel', id: this.#id, ...this.#next })) {
-            this.#asked = now;
+        const pause = this.#askedAt + PAUSE_MS - now;
+        if (pause > 0) {
+            this.#timer = setTimeout(() => this.#pump(), pause);
+            return;
         }
+        this.#id++;
+        this.#isAsking = this.#connection.send({ type: 'pixel', id: this.#id, ...this.#next });
+        this.#askedAt = now;
         this.#next = null;
     }
 
     #answer(m) {
         if (m.id !== this.#id) return;
-        this.#asked = 0;
-        this.#timer = setTimeout(() => this.#pump(), PAUSE_MS);
+        this.#isAsking = false;
+        this.#pump();
         const rows = Object.entries(m.values ?? {}).map(([key, list]) => {
             const numbers = (Array.isArray(list) ? list : [list]).map(x => short(x, 4));
             return h('div', { 'data-value': key }, h('dt', null, NAMES[key] ?? key),

@@ -6,8 +6,7 @@ const DELAY_MS = 300; /* browsers refuse addresses that change all the time */
 const VARIABLE = 'P.'; /* as the command line's -P; keeps names apart from ours */
 
 function cameraText(c) {
-    return [...c.origin, ...c.target, ...c.up, c.fov].map(x => Number(x.toPrecision(7)))
-        .join(',');
+    return [...c.origin, ...c.target, ...c.up, c.fov].join(',');
 }
 
 function readCamera(text) {

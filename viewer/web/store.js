@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the page shows: values of variables, camera, view; one place that everything reads and
  * changes, with undo. Listeners hear what changed: {values, camera, view, moving, history}. */
-import { clamp, isDiscrete, quantise } from './format.js';
+import { clamp, decimals, isDiscrete, quantise } from './format.js';
+import { diagonal } from './camera.js';
 
 const HISTORY = 200;
 const REST_MS = 250; /* this long without a change is rest, even with a finger down */
@@ -24,6 +25,18 @@ const isPoint = p => Array.isArray(p) && p.length === 3 && p.every(Number.isFini
 export function isCamera(c) {
     return c != null && isPoint(c.origin) && isPoint(c.target) && isPoint(c.up)
         && Number.isFinite(c.fov) && c.fov >= 0 && c.fov < 180;
+}
+
+/* To a millionth of the scene's size: command lines and links then say exactly what is shown. */
+function roundCamera(camera, hello) {
+    const digits = decimals(0, diagonal(hello) / 1000);
+    const point = p => p.map(x => Number(x.toFixed(digits)));
+    return {
+        origin: point(camera.origin),
+        target: point(camera.target),
+        up: camera.up.map(x => Number(x.toFixed(7))),
+        fov: Number(camera.fov.toFixed(4)),
+    };
 }
 
 /* A view of which every field is sound: storage, links and files may hold anything. */
@@ -80,12 +93,15 @@ export class Store {
     /* A server's greeting. The same variables as before keep their values: it was a restart.
      * Returns whether the controls must be made anew. */
     start(hello) {
+        const variables = hello.variables.map(v => ({
+            ...v, choices: v.choices?.length ? v.choices
+                : v.kind === 'visible' ? ['off', 'on'] : null }));
         const shape = list => JSON.stringify(list.map(v => [v.name, v.group, v.kind, v.min, v.max,
                                                             v.choices]));
-        const isSame = this.hello !== null && shape(hello.variables) === shape(this.variables)
+        const isSame = this.hello !== null && shape(variables) === shape(this.variables)
             && hello.scene === this.hello.scene;
         this.hello = hello;
-        this.variables = hello.variables;
+        this.variables = variables;
         if (!isSame) {
             this.values = hello.variables.map(v => v.value);
             this.camera = null;
@@ -107,14 +123,20 @@ export class Store {
     }
 
     /* The one door for changes. patch: {values: [[index, value], ..], camera, view}; moving: more
-     * changes follow (a drag), so that the server may draw smaller. */
-    change(patch, { moving = false, keep = true } = {}) {
+     * changes follow (a drag), so that the server may draw smaller; keep: false makes no step of
+     * undo yet; exact: not rounded to what boxes and command lines show. */
+    change(patch, { moving = false, keep = true, exact = false } = {}) {
         for (const [index, value] of patch.values ?? []) {
             const variable = this.variables[index];
             /* Defaults are taken as they are: rounding them would make them changes. */
-            this.values[index] = value === variable.value ? value : quantise(variable, value);
+            const isKept = value === variable.value || (exact && !isDiscrete(variable));
+            this.values[index] = isKept ? clamp(value, variable.min, variable.max)
+                : quantise(variable, value);
         }
-        if ('camera' in patch) this.camera = patch.camera;
+        if ('camera' in patch) {
+            const { camera } = patch;
+            this.camera = camera === null || exact ? camera : roundCamera(camera, this.hello);
+        }
         if (patch.view) this.view = soundView({ ...this.view, ...patch.view }, this.hello);
         if (moving) this.#touch();
         this.#tell({ values: (patch.values?.length ?? 0) > 0, camera: 'camera' in patch,
@@ -210,22 +232,20 @@ export class Store {
             patch.camera = structuredClone(saved.camera);
         }
         if (saved.view) patch.view = saved.view;
-        this.change(patch, how);
+        this.change(patch, { ...how, exact: true });
     }
 
     resetAll() {
         this.change({ values: this.variables.map((v, i) => [i, v.value]) });
     }
 
-    /* Draws all variables but those whose groups are locked. */
-    randomise(locked) {
-        const values = [];
-        this.variables.forEach((v, i) => {
-            if (locked.has(v.group)) return;
+    /* Draws the variables of these indices. */
+    randomise(indices) {
+        this.change({ values: indices.map(i => {
+            const { min, max } = this.variables[i];
             const u = Math.random();
-            values.push([i, isDiscrete(v) ? v.min + Math.floor(u * (v.max - v.min + 1))
-                : v.min + u * (v.max - v.min)]);
-        });
-        this.change({ values });
+            return [i, isDiscrete(this.variables[i]) ? min + Math.floor(u * (max - min + 1))
+                : min + u * (max - min)];
+        }) });
     }
 }

@@ -13,7 +13,6 @@ export function startTabs() {
 
     function draw() {
         const isWall = wall.matches;
-        document.body.classList.toggle('wall', isWall);
         scene.hidden = isWall;
         let shown = chosen;
         if (shown.hidden) shown = tabs.find(tab => !tab.hidden);
@@ -21,7 +20,11 @@ export function startTabs() {
             const isShown = tab === shown;
             tab.setAttribute('aria-selected', String(isShown));
             tab.tabIndex = isShown ? 0 : -1;
-            panelOf(tab).hidden = !isShown && !(isWall && tab === scene);
+            const panel = panelOf(tab);
+            const wasHidden = panel.hidden;
+            panel.hidden = !isShown && !(isWall && tab === scene);
+            /* What draws only what can be seen catches up. */
+            if (wasHidden && !panel.hidden) panel.dispatchEvent(new Event('shown'));
         }
         /* A tab panel needs its tab; a column of its own is a plain region. */
         const panel = panelOf(scene);

@@ -36,8 +36,9 @@ export class Training {
         $('states-go').addEventListener('click', () => this.#go());
         const drawStates = onceAFrame(() => this.#drawPlot());
         store.listen(what => {
-            if (what.values && !$('panel-training').hidden) drawStates();
+            if (what.values) drawStates();
         });
+        $('panel-training').addEventListener('shown', () => this.#draw());
     }
 
     greet() {
@@ -77,7 +78,7 @@ export class Training {
 
     #go() {
         const values = this.#states[this.#chosen];
-        if (values) this.#store.change({ values: values.map((x, i) => [i, x]) });
+        if (values) this.#store.change({ values: values.map((x, i) => [i, x]) }, { exact: true });
     }
 
     #draw() {
@@ -103,12 +104,14 @@ export class Training {
         const share = m?.view_share;
         $('share').value = share ?? 0;
         $('share-now').textContent = share == null ? '–' : `${Math.round(share * 100)} %`;
+        if ($('panel-training').hidden) return;
         $('loss-plot').replaceChildren(lossPlot(this.#history));
         $('loss-table').replaceChildren(lossTable(this.#history));
         this.#drawPlot();
     }
 
     #drawPlot() {
+        if ($('panel-training').hidden) return;
         const { variables, values } = this.#store;
         $('states-plot').replaceChildren(statesPlot({
             variables, states: this.#states, current: values, chosen: this.#chosen,

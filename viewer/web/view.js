@@ -92,6 +92,7 @@ export class View {
         for (const name of ['mode', 'tone']) {
             for (const radio of radios(name)) radio.checked = radio.value === view[name];
         }
+        $('context').dataset.mode = view.mode;
         for (const part of document.querySelectorAll('#context-mode > [data-for]')) {
             part.hidden = part.dataset.for !== view.mode;
         }

@@ -127,8 +127,10 @@ export class CameraPanel {
         },
         svg('rect', { class: 'map-bounds', x: corner[0], y: corner[1],
                       width: Math.abs(b[0] - a[0]) * s, height: Math.abs(b[1] - a[1]) * s }),
-        svg('polygon', { class: 'map-view',
-                         points: `${eye[0]},${eye[1]} ${ray(-half)} ${ray(half)}` }),
+        /* Straight up or down there is no way to point: a ring. */
+        Math.hypot(...d) < 0.05 ? svg('circle', { class: 'map-view', cx: eye[0], cy: eye[1], r: 8 })
+            : svg('polygon', { class: 'map-view',
+                               points: `${eye[0]},${eye[1]} ${ray(-half)} ${ray(half)}` }),
         svg('circle', { class: 'map-eye', cx: eye[0], cy: eye[1], r: 2.5 }));
     }
 }

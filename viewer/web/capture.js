@@ -6,14 +6,12 @@ import { toast } from './notice.js';
 export class Capture {
     #connection;
     #store;
-    #stage;
     #id = 0;
     #names = new Map(); /* id -> name, between the message and the file */
 
     constructor(connection, store, stage) {
         this.#connection = connection;
         this.#store = store;
-        this.#stage = stage;
         for (const format of ['png', 'exr']) {
             $(`capture-${format}`).addEventListener('click', () => this.ask(format));
         }
@@ -34,8 +32,26 @@ export class Capture {
         });
     }
 
+    #saveScreen(what) {
+        $('picture').toBlob(blob => {
+            if (!blob) return;
+            download(blob, `${what}.png`);
+            toast(`Saved ${what}.png.`);
+        });
+    }
+
     ask(format) {
-        const layer = $('capture-layer').value || this.#stage.layerAt(0);
+        const { mode } = this.#store.view;
+        let layer = $('capture-layer').value;
+        if (layer === '') {
+            /* What the page puts together, or what has no floats, is saved from the screen. */
+            const isOne = mode === 'neural' || mode === 'traced';
+            if (!isOne && format === 'png') {
+                this.#saveScreen(mode === 'buffer' ? this.#store.view.buffer : mode);
+                return;
+            }
+            layer = isOne ? mode : this.#store.hello?.model ? 'neural' : 'traced';
+        }
         this.#id++;
         const isSent = this.#connection.send({ type: 'capture', id: this.#id, layer, format });
         if (isSent) toast('The picture is being made.');

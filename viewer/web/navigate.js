@@ -11,6 +11,7 @@ const FLY = { w: 'forward', s: 'back', a: 'left', d: 'right', e: 'up', q: 'down'
 
 export class Navigation {
     #store;
+    #session;
     #stage = $('stage');
     #pointers = new Map(); /* pointerId -> {x, y} */
     #button = 0;
@@ -22,8 +23,9 @@ export class Navigation {
     dragMode = 'orbit';
     speed = 10 ** -0.6; /* scene diagonals a second */
 
-    constructor(store) {
+    constructor(store, session) {
         this.#store = store;
+        this.#session = session;
         const s = this.#stage;
         s.addEventListener('pointerdown', event => this.#down(event));
         s.addEventListener('pointermove', event => this.#move(event));
@@ -42,7 +44,7 @@ export class Navigation {
 
     get camera() {
         const { camera, hello, values } = this.#store;
-        return camera ?? cameraOfValues(hello, values);
+        return camera ?? this.#session.toldCamera() ?? cameraOfValues(hello, values);
     }
 
     #set(camera) {

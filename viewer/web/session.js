@@ -2,6 +2,7 @@
 /* Sends the state: the newest, at most once in a frame of the screen, with rising versions. */
 import { onceAFrame } from './dom.js';
 import { stateMessage } from './protocol.js';
+import { isCamera } from './store.js';
 
 const REMEMBERED = 512;
 
@@ -12,7 +13,8 @@ export class Session {
     #greeted = false;
     #changedAt = 0;
     #last = ''; /* what was sent last, but for its version */
-    #sent = new Map(); /* version -> {at, changedAt} */
+    #sent = new Map(); /* version -> {at, changedAt, values} */
+    #shown = null; /* {version, camera}: what the server says it looked through */
     #flush = onceAFrame(() => this.#send());
 
     version = 0;
@@ -22,6 +24,9 @@ export class Session {
         this.#store = store;
         this.#size = size;
         connection.addEventListener('lost', () => { this.#greeted = false; });
+        connection.addEventListener('message', ({ detail: m }) => {
+            if (m.type === 'stats' && isCamera(m.camera)) this.#shown = m;
+        });
         store.listen(what => {
             if (what.values || what.camera || what.view || what.moving) this.changed();
         });
@@ -44,6 +49,14 @@ export class Session {
         return this.#sent.get(version);
     }
 
+    /* The camera that the store's values give, where the server has told; else null. */
+    toldCamera() {
+        const sent = this.#sent.get(this.#shown?.version);
+        const isSame = sent?.camera === null
+            && sent.values.every((x, i) => x === this.#store.values[i]);
+        return isSame ? structuredClone(this.#shown.camera) : null;
+    }
+
     #send() {
         if (!this.#greeted || !this.#connection.isOpen) return;
         const { values, camera, view, isMoving } = this.#store;
@@ -58,7 +71,8 @@ export class Session {
         this.#last = now;
         this.version++;
         this.#connection.send(message);
-        this.#sent.set(this.version, { at: performance.now(), changedAt: this.#changedAt });
+        this.#sent.set(this.version, { at: performance.now(), changedAt: this.#changedAt,
+                                       values: [...values], camera });
         this.#changedAt = 0;
         this.#sent.delete(this.version - REMEMBERED);
         document.dispatchEvent(new CustomEvent('lumenaut:sent',

@@ -79,11 +79,14 @@ export class Stage extends EventTarget {
         this.draw();
     }
 
+    #isWanted(slot) {
+        return wantedLayers(this.#store.view, true).some(name => layerSlot(name) === slot);
+    }
+
     /* A layer that is not asked for any more grows stale: it must not be seen when it is again. */
     #forget() {
-        const wanted = new Set(wantedLayers(this.#store.view, true).map(layerSlot));
         this.#layers.forEach((layer, slot) => {
-            if (wanted.has(slot)) return;
+            if (this.#isWanted(slot)) return;
             layer.bitmap?.close();
             layer.bitmap = null;
         });
@@ -109,7 +112,7 @@ export class Stage extends EventTarget {
             return;
         }
         const layer = this.#layers[picture.layer];
-        if (layer && !this.#isOld(layer, picture)) {
+        if (layer && this.#isWanted(picture.layer) && !this.#isOld(layer, picture)) {
             try {
                 const bitmap = await createImageBitmap(picture.blob);
                 /* Decoding takes its time: a newer one may have passed. */

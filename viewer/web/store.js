@@ -39,6 +39,13 @@ function roundCamera(camera, hello) {
     };
 }
 
+/* A kept camera may be of another kind than the scene's: the field of view tells. */
+function soundCamera(camera, hello) {
+    const { fov } = hello.camera;
+    if (hello.orthographic) return { ...camera, fov: 0 };
+    return camera.fov > 0 ? camera : { ...camera, fov };
+}
+
 /* A view of which every field is sound: storage, links and files may hold anything. */
 export function soundView(view, hello) {
     const v = { ...DEFAULT_VIEW, ...view };
@@ -135,7 +142,8 @@ export class Store {
         }
         if ('camera' in patch) {
             const { camera } = patch;
-            this.camera = camera === null || exact ? camera : roundCamera(camera, this.hello);
+            this.camera = camera && soundCamera(exact ? camera : roundCamera(camera, this.hello),
+                                                this.hello);
         }
         if (patch.view) this.view = soundView({ ...this.view, ...patch.view }, this.hello);
         if (moving) this.#touch();

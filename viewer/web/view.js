@@ -72,7 +72,7 @@ export class View {
         fillSelect($('buffer'), buffers);
         fillSelect($('split-left-layer'), pictures);
         fillSelect($('split-right-layer'), pictures);
-        fillSelect($('capture-layer'), ['', ...layers]);
+        fillSelect($('capture-layer'), ['', ...pictures.filter(name => name !== 'error')]);
         $('capture-layer').options[0].textContent = 'What is shown';
         const modes = new Set([...pictures, ...(pictures.length > 1 ? ['split'] : []),
                                ...(buffers.length > 0 ? ['buffer'] : [])]);

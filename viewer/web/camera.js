@@ -52,7 +52,8 @@ export function basis(camera) {
 function spherical(direction, w, up) {
     const sine = clamp(dot(direction, w), -1, 1);
     let level = madd(direction, w, -sine);
-    if (length(level) < POLE) {
+    /* Less than direct() leaves, so that it never meets its own poles. */
+    if (length(level) < POLE / 2) {
         /* Straight up or down: what is up in the picture tells where the camera is turned. */
         level = scale(madd(up, w, -dot(up, w)), sine > 0 ? -1 : 1);
     }
@@ -77,8 +78,7 @@ export function orbit(camera, yaw, pitch, w) {
 export function look(camera, yaw, pitch, w) {
     const d = sub(camera.target, camera.origin);
     const r = length(d);
-    /* Seen from the target the camera stands opposite, which spherical() is told by -up. */
-    const { level, elevation } = spherical(normalize(d), w, scale(camera.up, -1));
+    const { level, elevation } = spherical(normalize(d), w, camera.up);
     const to = direct(turn(level, w, yaw), elevation + pitch, w);
     return { ...camera, target: madd(camera.origin, to, r), up: [...w] };
 }

@@ -120,7 +120,9 @@ export class Navigation {
         if (arrow) {
             const mode = event.shiftKey ? 'pan' : this.dragMode;
             const step = mode === 'pan' ? KEY_PAN : mode === 'look' ? KEY_TURN / 2 : KEY_TURN / 5;
-            this.#drag(mode, arrow[0] * step, arrow[1] * step, 1);
+            /* A drag takes hold of the scene, keys of the camera. */
+            const sign = mode === 'orbit' ? 1 : -1;
+            this.#drag(mode, sign * arrow[0] * step, sign * arrow[1] * step, 1);
             return true;
         }
         if (key === '+' || key === '=' || key === '-') {

@@ -32,6 +32,7 @@ struct easel {
     struct wish wish; /* owned values */
     bool has_wish;
     struct canvas neural, traced;
+    uint64_t step;         /* of the training whose network `neural` shows */
     bool is_shown[LAYERS]; /* some picture of this version has been made */
     bool is_done[LAYERS];
     uint32_t compared_spp;           /* of the traced picture in the last comparison */
@@ -138,8 +139,18 @@ static bool is_needed(const struct easel *e, enum layer layer)
     return false;
 }
 
+/* The network has learnt since it was shown. */
+static bool is_outdated(const struct easel *e)
+{
+    lmn_train_stats stats;
+    if (!e->options->trainer) return false;
+    lmn_trainer_get_stats(e->options->trainer, &stats);
+    return stats.step != e->step;
+}
+
 bool easel_is_done(const struct easel *e)
 {
+    if (is_needed(e, LAYER_NEURAL) && is_outdated(e)) return false;
     for (int k = 0; k < LAYERS; k++)
         if (is_needed(e, (enum layer)k) && is_wanted_now(e, (enum layer)k) && !e->is_done[k])
             return false;
@@ -168,8 +179,11 @@ static lmn_status draw_neural(struct easel *e, const struct stroke *s, lmn_image
                                   .buffer_spp = s->spp,
                                   .camera = e->wish.has_camera ? &e->wish.camera : NULL,
                                   .first_sample = s->first_sample};
-    const lmn_status status = lmn_model_render(e->options->context, e->options->model,
-                                               e->wish.values, &o, out, seconds);
+    const lmn_status status = e->options->trainer
+                                  ? lmn_trainer_render(e->options->trainer, e->wish.values, &o, out,
+                                                       seconds)
+                                  : lmn_model_render(e->options->context, e->options->model,
+                                                     e->wish.values, &o, out, seconds);
     if (status == LMN_OK) note_cost(&e->cost_neural, s, *seconds);
     return status;
 }
@@ -331,6 +345,12 @@ static lmn_status refine(struct easel *e, enum layer layer, uint32_t frame,
     const double n_pixels = (double)e->wish.width * e->wish.height;
     double render_s = 0;
     lmn_image *image = NULL;
+    if (is_neural && is_outdated(e)) {
+        lmn_train_stats stats;
+        lmn_trainer_get_stats(e->options->trainer, &stats);
+        canvas_clear(c);
+        e->step = stats.step;
+    }
     if (c->spp < most) {
         const double per_sample = n_pixels * (is_neural ? e->cost_neural : e->cost_traced);
         double spp = fmin(fmax(floor(PASS_S / fmax(per_sample, 1e-9)), 1), most - c->spp);
@@ -440,7 +460,7 @@ static lmn_status draw_next(struct easel *e, uint32_t frame, struct easel_result
     if (is_needed(e, LAYER_ERROR) && is_wanted_now(e, LAYER_ERROR) && e->neural.spp >= 4 &&
         e->traced.spp >= 2 * e->compared_spp + 2)
         return compare(e, frame, out);
-    const bool neural = is_needed(e, LAYER_NEURAL) && !e->is_done[LAYER_NEURAL];
+    const bool neural = is_needed(e, LAYER_NEURAL) && (!e->is_done[LAYER_NEURAL] || is_outdated(e));
     const bool traced = is_needed(e, LAYER_TRACED) && !e->is_done[LAYER_TRACED];
     if (neural && (!traced || e->neural.spp <= e->traced.spp))
         return refine(e, LAYER_NEURAL, frame, out);
@@ -540,8 +560,11 @@ char *easel_capture(struct easel *e, uint32_t id, enum layer layer, enum capture
     if (!e->has_wish) return message_capture(id, 0, NULL, "there is no picture yet");
     if (!is_neural && !e->traced.image)
         return message_capture(id, 0, NULL, "no path-traced picture at rest to save yet");
-    if (is_neural && lmn_model_render(e->options->context, e->options->model, e->wish.values, &o,
-                                      &image, NULL) != LMN_OK)
+    if (is_neural &&
+        (e->options->trainer
+             ? lmn_trainer_render(e->options->trainer, e->wish.values, &o, &image, NULL)
+             : lmn_model_render(e->options->context, e->options->model, e->wish.values, &o, &image,
+                                NULL)) != LMN_OK)
         return message_capture(id, 0, NULL, lmn_context_message(e->options->context));
     const struct picture_header h = {.layer = LAYER_FILE,
                                      .encoding = format == CAPTURE_PNG ? ENCODING_PNG

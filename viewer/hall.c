@@ -132,12 +132,32 @@ void hall_ask_capture(struct hall *h, struct session *s, uint32_t id, enum layer
     pthread_mutex_unlock(&h->lock);
 }
 
+void hall_order(struct hall *h, bool is_paused, bool wants_save, bool wants_stop)
+{
+    pthread_mutex_lock(&h->lock);
+    h->is_paused = wants_save ? h->is_paused : is_paused;
+    h->wants_save |= wants_save;
+    h->wants_stop |= wants_stop;
+    pthread_cond_signal(&h->news);
+    pthread_mutex_unlock(&h->lock);
+}
+
 double hall_waits_s(struct hall *h, const struct session *s)
 {
     pthread_mutex_lock(&h->lock);
     const double waits = s->n_under_way > 0 ? hall_clock_s() - s->waits_since_s : 0.0;
     pthread_mutex_unlock(&h->lock);
     return waits;
+}
+
+void hall_wait(struct hall *h, int ms)
+{
+    struct timespec until;
+    clock_gettime(CLOCK_MONOTONIC, &until);
+    until.tv_nsec += ms * 1000000L;
+    until.tv_sec += until.tv_nsec / 1000000000L;
+    until.tv_nsec %= 1000000000L;
+    pthread_cond_timedwait(&h->news, &h->lock, &until);
 }
 
 void hall_sweep(struct hall *h, void (*free_easel)(struct easel *e))
@@ -170,6 +190,31 @@ void hall_send_text(struct hall *h, struct session *s, char *text)
     add_text(s, text);
     pthread_mutex_unlock(&h->lock);
     wake_server(h);
+}
+
+void hall_send_training(struct hall *h, const char *text, bool is_for_new)
+{
+    if (!text) return;
+    pthread_mutex_lock(&h->lock);
+    for (uint32_t i = 0; i < h->n_sessions; i++) {
+        struct session *s = h->sessions[i];
+        char *copy = s->is_gone || s->knows_training == is_for_new ? NULL : strdup(text);
+        if (!copy) continue;
+        add_text(s, copy);
+        s->knows_training = true;
+    }
+    pthread_mutex_unlock(&h->lock);
+    wake_server(h);
+}
+
+uint32_t hall_n_sessions(struct hall *h, bool *has_new)
+{
+    pthread_mutex_lock(&h->lock);
+    const uint32_t n = h->n_sessions;
+    *has_new = false;
+    for (uint32_t i = 0; i < n; i++) *has_new |= !h->sessions[i]->knows_training;
+    pthread_mutex_unlock(&h->lock);
+    return n;
 }
 
 void hall_send_frame(struct hall *h, struct session *s, enum layer layer, struct parcel parcel)

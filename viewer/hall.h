@@ -91,6 +91,7 @@ struct session {
     double waits_since_s;               /* for an acknowledgement, when n_under_way > 0 */
     struct easel *easel;                /* the studio's own, as is: */
     double stats_sent_s;
+    bool knows_training; /* has had the whole curve; under the lock again */
 };
 
 struct hall {
@@ -102,7 +103,8 @@ struct hall {
     uint64_t n_ever;
     atomic_uint n_wishes; /* counts states: work that is not needed at once stops when it moves */
     atomic_bool is_closing;
-    void (*wake_server)(void *user); /* from any thread */
+    bool is_paused, wants_save, wants_stop; /* orders of pages to a training */
+    void (*wake_server)(void *user);        /* from any thread */
     void *server;
 };
 
@@ -121,8 +123,14 @@ void hall_ask_pixel(struct hall *h, struct session *s, uint32_t id, uint32_t x, 
 void hall_ask_capture(struct hall *h, struct session *s, uint32_t id, enum layer layer,
                       enum capture_format format);
 
+/* To a training: it goes on, unless it is paused; it is saved, or ends. */
+void hall_order(struct hall *h, bool is_paused, bool wants_save, bool wants_stop);
+
 /* Seconds that a frame has been waiting to be acknowledged; 0: none does. */
 double hall_waits_s(struct hall *h, const struct session *s);
+
+/* For the studio, with the lock, which is let go meanwhile: until there is news, or so long. */
+void hall_wait(struct hall *h, int ms);
 
 /* For the studio, with the lock: frees the sessions that are gone; easel_free() for each easel. */
 void hall_sweep(struct hall *h, void (*free_easel)(struct easel *e));
@@ -131,6 +139,13 @@ void hall_sweep(struct hall *h, void (*free_easel)(struct easel *e));
 void hall_send_text(struct hall *h, struct session *s, char *text);
 void hall_send_frame(struct hall *h, struct session *s, enum layer layer, struct parcel parcel);
 void hall_send_file(struct hall *h, struct session *s, char *text, struct parcel parcel);
+
+/* The same text for every session that knows of the training already, or for those that do not and
+ * then do. */
+void hall_send_training(struct hall *h, const char *text, bool is_for_new);
+
+/* How many sessions there are, and whether some do not know of the training. */
+uint32_t hall_n_sessions(struct hall *h, bool *has_new);
 
 /* What the socket sends next; the caller frees it. False: nothing. */
 struct outgoing {

@@ -6,7 +6,9 @@
 
 /* The texts of PROTOCOL.md: those of the page are read, those of the server written. */
 
-enum message_kind { MESSAGE_STATE, MESSAGE_ACK, MESSAGE_PIXEL, MESSAGE_CAPTURE };
+enum message_kind { MESSAGE_STATE, MESSAGE_ACK, MESSAGE_PIXEL, MESSAGE_CAPTURE, MESSAGE_TRAIN };
+
+enum train_action { TRAIN_START, TRAIN_PAUSE, TRAIN_SAVE, TRAIN_STOP };
 
 struct message {
     enum message_kind kind;
@@ -16,12 +18,13 @@ struct message {
     uint32_t x, y;    /* PIXEL */
     enum layer layer; /* CAPTURE: neural or traced */
     enum capture_format format;
+    enum train_action action; /* TRAIN */
 };
 
 /* What can be asked for. */
 struct message_rules {
     uint32_t n_variables;
-    bool has_network, is_orthographic;
+    bool has_network, is_orthographic, can_train;
 };
 
 enum { MESSAGE_MAX = 65536, MESSAGE_WHY = 200 };
@@ -52,6 +55,20 @@ struct view_stats {
 char *message_stats(const struct view_stats *s);
 char *message_metrics(uint32_t version, uint32_t neural_spp, uint32_t traced_spp,
                       const lmn_metrics *m);
+
+/* How a training goes. */
+struct training_state {
+    bool is_running;
+    uint64_t step, n_configurations;
+    double loss, seconds, steps_per_s, view_share;
+    uint32_t n_points;         /* of the curve: all at the start, then the newest */
+    const double (*points)[2]; /* seconds, loss */
+    uint32_t n_states, n_variables;
+    const double *states; /* [n_states][n_variables] */
+};
+
+/* With the whole curve, as hello has it, or with its newest point. */
+char *message_training(const struct training_state *t, bool is_whole);
 
 /* Numbers that were found at a pixel: lists by name. */
 struct readout {

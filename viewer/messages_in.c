@@ -174,6 +174,18 @@ static bool read_capture(struct reader *r, struct message *m)
            refuse(r, "\"layer\": there is no network");
 }
 
+static bool read_train(struct reader *r, struct message *m)
+{
+    static const char *const actions[] = {"start", "pause", "save", "stop"};
+    const char *action;
+    uint32_t index = 0;
+    if (!r->rules->can_train) return refuse(r, "nothing is being trained here");
+    if (!get_text(r, "action", &action) || !choose(r, "action", action, actions, 4, &index))
+        return false;
+    m->action = (enum train_action)index;
+    return true;
+}
+
 static bool read_kind(struct reader *r, struct message *m)
 {
     static const char *const kinds[] = {"state", "ack", "pixel", "capture", "train"};
@@ -181,7 +193,6 @@ static bool read_kind(struct reader *r, struct message *m)
     uint32_t kind = 0;
     if (!json_is_object(r->root)) return refuse(r, "a message must be an object");
     if (!get_text(r, "type", &type) || !choose(r, "type", type, kinds, 5, &kind)) return false;
-    if (kind == 4) return refuse(r, "nothing is being trained here");
     m->kind = (enum message_kind)kind;
     switch (m->kind) {
     case MESSAGE_STATE:
@@ -194,6 +205,8 @@ static bool read_kind(struct reader *r, struct message *m)
                get_whole(r, "y", 0, HALL_SIDE_MAX - 1, &m->y);
     case MESSAGE_CAPTURE:
         return read_capture(r, m);
+    case MESSAGE_TRAIN:
+        return read_train(r, m);
     }
     return false;
 }

@@ -88,6 +88,45 @@ static json_t *bounds_of(const lmn_scene_info *info)
     return j;
 }
 
+static json_t *point_of(const double *p)
+{
+    return numbers(p, 2);
+}
+
+static json_t *training_of(const struct training_state *t, bool is_whole)
+{
+    json_t *j = json_object(), *list;
+    json_object_set_new(j, "running", json_boolean(t->is_running));
+    json_object_set_new(j, "step", json_integer((json_int_t)t->step));
+    json_object_set_new(j, "loss", number(t->loss));
+    json_object_set_new(j, "seconds", number(t->seconds));
+    json_object_set_new(j, "configurations", json_integer((json_int_t)t->n_configurations));
+    json_object_set_new(j, "steps_per_s", number(t->steps_per_s));
+    json_object_set_new(j, "view_share", number(t->view_share));
+    json_object_set_new(j, "message", json_null());
+    if (is_whole) {
+        list = json_array();
+        for (uint32_t i = 0; i < t->n_points; i++)
+            json_array_append_new(list, point_of(t->points[i]));
+        json_object_set_new(j, "history", list);
+    } else if (t->n_points > 0) {
+        json_object_set_new(j, "point", point_of(t->points[t->n_points - 1]));
+    }
+    list = json_array();
+    for (uint32_t i = 0; i < t->n_states; i++)
+        json_array_append_new(list,
+                              numbers(t->states + (size_t)i * t->n_variables, t->n_variables));
+    json_object_set_new(j, "states", list);
+    return j;
+}
+
+char *message_training(const struct training_state *t, bool is_whole)
+{
+    json_t *j = training_of(t, is_whole);
+    json_object_set_new(j, "type", json_string("training"));
+    return finish(j);
+}
+
 char *message_hello(const struct hello *h, const struct message_rules *rules)
 {
     static const char *const layers[] = {"neural", "error", "traced"};
@@ -121,7 +160,7 @@ char *message_hello(const struct hello *h, const struct message_rules *rules)
     json_object_set_new(list, "render", words(h->render));
     json_object_set_new(list, "trace", words(h->trace));
     json_object_set_new(j, "commands", list);
-    json_object_set_new(j, "can_train", json_false());
+    json_object_set_new(j, "can_train", json_boolean(rules->can_train));
     json_object_set_new(j, "training", json_null());
     return finish(j);
 }

@@ -253,6 +253,10 @@ static int take_message(struct server *s, struct lws *wsi, struct seat *seat)
     case MESSAGE_PIXEL:
         hall_ask_pixel(s->hall, session, m.id, m.x, m.y);
         break;
+    case MESSAGE_TRAIN:
+        hall_order(s->hall, m.action == TRAIN_PAUSE, m.action == TRAIN_SAVE,
+                   m.action == TRAIN_STOP);
+        break;
     case MESSAGE_CAPTURE:
         hall_ask_capture(s->hall, session, m.id, m.layer, m.format);
         break;

@@ -3,7 +3,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "easel.h"
 
@@ -52,10 +51,10 @@ static bool wants(const struct session *s, enum task task)
 }
 
 /* With the lock. Sessions take turns at each task. */
-static bool find_work(struct studio *s, struct work *out)
+static bool find_work(struct studio *s, bool is_patient, struct work *out)
 {
     struct hall *h = s->hall;
-    for (int task = 0; task < TASKS; task++)
+    for (int task = 0; task < (is_patient ? TASKS : TASK_REFINE); task++)
         for (uint32_t i = 0; i < h->n_sessions; i++) {
             const uint32_t at = (s->last + 1 + i) % h->n_sessions;
             struct session *session = h->sessions[at];
@@ -131,6 +130,21 @@ static void do_work(struct studio *s, const struct work *w)
     case TASKS:
         break;
     }
+    atomic_store(&s->may_stop, false);
+}
+
+/* Looks for something to do, and does it. With the lock, which is let go meanwhile. */
+static bool work_once(struct studio *s, bool is_patient)
+{
+    struct work work;
+    hall_sweep(s->hall, easel_free);
+    furnish(s);
+    atomic_store(&s->started_at, atomic_load(&s->hall->n_wishes));
+    if (!find_work(s, is_patient, &work)) return false;
+    pthread_mutex_unlock(&s->hall->lock);
+    do_work(s, &work);
+    pthread_mutex_lock(&s->hall->lock);
+    return true;
 }
 
 static void *run(void *user)
@@ -139,34 +153,28 @@ static void *run(void *user)
     struct hall *h = s->hall;
     pthread_mutex_lock(&h->lock);
     while (!atomic_load(&h->is_closing)) {
-        struct work work;
-        hall_sweep(h, easel_free);
-        furnish(s);
-        atomic_store(&s->started_at, atomic_load(&h->n_wishes));
-        if (!find_work(s, &work)) {
-            struct timespec until;
-            clock_gettime(CLOCK_MONOTONIC, &until);
-            until.tv_nsec += IDLE_MS * 1000000L;
-            until.tv_sec += until.tv_nsec / 1000000000L;
-            until.tv_nsec %= 1000000000L;
-            pthread_cond_timedwait(&h->news, &h->lock, &until);
-            continue;
-        }
-        pthread_mutex_unlock(&h->lock);
-        do_work(s, &work);
-        pthread_mutex_lock(&h->lock);
-    }
-    for (uint32_t i = 0; i < h->n_sessions; i++) {
-        easel_free(h->sessions[i]->easel);
-        h->sessions[i]->easel = NULL;
+        if (!work_once(s, true)) hall_wait(h, IDLE_MS);
     }
     pthread_mutex_unlock(&h->lock);
     return NULL;
 }
 
-bool studio_start(struct studio *s, const struct studio_options *options, struct hall *hall)
+void studio_init(struct studio *s, const struct studio_options *options, struct hall *hall)
 {
     *s = (struct studio){.options = *options, .hall = hall};
+}
+
+bool studio_work(struct studio *s, bool is_patient)
+{
+    pthread_mutex_lock(&s->hall->lock);
+    const bool has_worked = work_once(s, is_patient);
+    pthread_mutex_unlock(&s->hall->lock);
+    return has_worked;
+}
+
+bool studio_start(struct studio *s, const struct studio_options *options, struct hall *hall)
+{
+    studio_init(s, options, hall);
     s->is_running = pthread_create(&s->thread, NULL, run, s) == 0;
     return s->is_running;
 }
@@ -175,6 +183,10 @@ void studio_stop(struct studio *s)
 {
     if (s->is_running) pthread_join(s->thread, NULL);
     s->is_running = false;
+    for (uint32_t i = 0; s->hall && i < s->hall->n_sessions; i++) {
+        easel_free(s->hall->sessions[i]->easel);
+        s->hall->sessions[i]->easel = NULL;
+    }
 }
 
 bool studio_is_stale(const struct studio *s)

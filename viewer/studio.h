@@ -14,7 +14,8 @@
 struct studio_options {
     lmn_context *context; /* its progress callback must ask studio_is_stale() */
     const lmn_scene *scene;
-    const lmn_model *model; /* NULL: path tracing only */
+    const lmn_model *model; /* whose network is shown, or: */
+    lmn_trainer *trainer;   /* both NULL: path tracing only */
     struct message_rules rules;
 };
 
@@ -29,9 +30,15 @@ struct studio {
     atomic_uint started_at; /* hall.n_wishes then */
 };
 
+/* Without a thread: does what is most urgent on the caller's, and what is left when is_patient.
+ * False: there is nothing to do. */
+void studio_init(struct studio *s, const struct studio_options *options, struct hall *hall);
+bool studio_work(struct studio *s, bool is_patient);
+
+/* With one. */
 bool studio_start(struct studio *s, const struct studio_options *options, struct hall *hall);
 
-/* After hall_close(): waits for the thread. */
+/* After hall_close(): waits for the thread, where there is one; lets go of what it made. */
 void studio_stop(struct studio *s);
 
 /* Whether what is being rendered is no longer wanted. Any thread. */

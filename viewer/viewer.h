@@ -15,11 +15,15 @@
  *   another          studio.c    makes pictures for all sessions (easel.c), the only user of the
  *                                library while the viewer runs
  *   between them     hall.c      what pages want, and what is ready for them
+ *
+ * While a network is being trained, it is the training's thread that makes the pictures, between
+ * steps: viewer_work(); the server then has a thread of its own.
  */
 struct viewer_options {
     lmn_context *context; /* its progress callback must ask viewer_is_stale() */
     const lmn_scene *scene;
-    const lmn_model *model; /* NULL: path tracing only */
+    const lmn_model *model; /* whose network is shown, or: */
+    lmn_trainer *trainer;   /* both NULL: path tracing only */
     const char *scene_path, *model_path;
     const char *const *render, *const *trace; /* words that begin commands; lists end with NULL */
     const char *program;                      /* "lumenaut 0.1.0" */
@@ -42,6 +46,18 @@ void viewer_free(struct viewer *v);
 
 /* Serves until must_stop() says so. False when the server failed. */
 bool viewer_run(struct viewer *v);
+
+/* With a trainer, in the place of viewer_run(): serves until viewer_free(). */
+bool viewer_start(struct viewer *v);
+
+/* What pages ask of the training. */
+struct viewer_orders {
+    bool is_paused, must_save, must_stop; /* the last two: once */
+};
+
+/* Between steps, on the training's thread: makes what pages wait for, within a share of the time,
+ * and tells them how the training goes. While it is paused, returns after a while. */
+void viewer_work(struct viewer *v, const lmn_train_stats *stats, struct viewer_orders *out);
 
 /* Whether the work under way should end: for progress callbacks, any thread. v may be NULL. */
 bool viewer_is_stale(const struct viewer *v);

@@ -428,6 +428,10 @@ LMN_API lmn_status lmn_trainer_step(lmn_trainer *trainer, lmn_train_stats *stats
 LMN_API void lmn_trainer_get_stats(const lmn_trainer *trainer, lmn_train_stats *out);
 LMN_API void lmn_trainer_get_options(const lmn_trainer *trainer, lmn_train_options *out);
 
+/* Where training looks now, at most `most` configurations, in values [most][n_variables]: the
+ * chains' states, or of the improved method those that were traced last. Returns how many. */
+LMN_API uint32_t lmn_trainer_get_states(const lmn_trainer *trainer, uint32_t most, double *values);
+
 /* Writes the checkpoint, two files: at path + ".state" what resuming needs, then at path the model,
  * what rendering needs. Each is written to a temporary name, then renamed; what is there at any
  * moment can be resumed. */

@@ -161,6 +161,18 @@ void lmn_trainer_get_options(const lmn_trainer *trainer, lmn_train_options *out)
     out->struct_size = sizeof *out;
 }
 
+uint32_t lmn_trainer_get_states(const lmn_trainer *trainer, uint32_t most, double *values)
+{
+    const struct scene *s = trainer->scene->scene;
+    float *u = trainer->scene->cache->u;
+    for (uint32_t k = 0; k < most; k++) {
+        if (!trainer_state(trainer->trainer, k, u)) return k;
+        for (uint32_t i = 0; i < s->n_variables; i++)
+            values[(size_t)k * s->n_variables + i] = variable_from_unit(&s->variables[i], u[i]);
+    }
+    return most;
+}
+
 lmn_status lmn_trainer_save(lmn_trainer *trainer, const char *path)
 {
     return trainer_save(trainer->trainer, path, context_begin(trainer->context));

@@ -635,6 +635,13 @@ float *learner_average(struct learner *l)
     return l->average;
 }
 
+const float *learner_configuration(const struct learner *l, uint32_t k)
+{
+    const struct memory *m = &l->memory;
+    if (k >= memory_n_held(m)) return NULL;
+    return m->u + (size_t)((m->n_added - 1 - k) % m->capacity) * m->shape.n_variables;
+}
+
 void learner_get_stats(const struct learner *l, struct learner_stats *stats)
 {
     *stats = l->stats;

@@ -67,6 +67,9 @@ struct learner_stats {
  * were before the step. */
 lmn_status learner_step(struct learner *l, struct learner_stats *stats, struct error *err);
 
+/* The k-th last configuration that was traced; NULL: there are no more. [n_variables] */
+const float *learner_configuration(const struct learner *l, uint32_t k);
+
 void learner_get_stats(const struct learner *l, struct learner_stats *stats);
 
 /* The weights that are shown are averages over the last steps. Between a call with `true` and the

@@ -306,3 +306,15 @@ void trainer_get_stats(const struct trainer *t, lmn_train_stats *stats)
         .memory_bytes = t->memory_size,
     };
 }
+
+bool trainer_state(const struct trainer *t, uint32_t k, float *u)
+{
+    const struct explorer *e = &t->explorer;
+    const float *from = NULL;
+    if (t->learner)
+        from = learner_configuration(t->learner, k);
+    else if (e->generation > 0 && k < e->options.n_chains)
+        from = e->u + (size_t)k * e->options.dim;
+    if (from) memcpy(u, from, t->place.scene->n_variables * sizeof *u);
+    return from != NULL;
+}

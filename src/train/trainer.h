@@ -57,6 +57,10 @@ lmn_status trainer_step(struct trainer *t, lmn_train_stats *stats, struct error 
 void trainer_get_stats(const struct trainer *t, lmn_train_stats *stats);
 const lmn_train_options *trainer_options(const struct trainer *t);
 
+/* The k-th configuration of those where training looks now, to u [n_variables]: a chain's state, or
+ * the k-th last that was traced. False: there are no more. */
+bool trainer_state(const struct trainer *t, uint32_t k, float *u);
+
 /* The checkpoint (docs/checkpoint-format.md): first the state that training goes on from, at
  * state_path(path), then the model with what rendering needs, at `path`. Whenever it is stopped,
  * what is there can be resumed. Two trainings that made the same steps write the same bytes. */

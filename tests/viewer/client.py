@@ -169,10 +169,10 @@ class Client:
 
 
 class Viewer:
-    """A running `lumenaut view`."""
+    """A running `lumenaut view`, or another command that serves the page."""
 
-    def __init__(self, lumenaut, *arguments):
-        self.process = subprocess.Popen([lumenaut, "view", *arguments], stderr=subprocess.PIPE,
+    def __init__(self, lumenaut, *arguments, command="view"):
+        self.process = subprocess.Popen([lumenaut, command, *arguments], stderr=subprocess.PIPE,
                                         text=True)
         self.url = ""
         while "http://" not in self.url:

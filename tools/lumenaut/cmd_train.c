@@ -20,7 +20,8 @@ struct run {
     struct train_log log;
     lmn_train_stats stats;
     struct train_target target;
-    double time_s; /* 0: no limit */
+    struct view_host host; /* its viewer is NULL without --view */
+    double time_s;         /* 0: no limit */
     bool has_eval, target_reached;
     lmn_metrics eval;
     uint64_t eval_step, saved_step, first_step;
@@ -100,6 +101,37 @@ static bool is_watched(const struct train_args *a)
     return a->eval_every.steps > 0 || a->eval_every.seconds > 0.0;
 }
 
+/* Pages' turn between steps. False: they asked to stop. */
+static bool serve_pages(struct run *r, int *code)
+{
+    struct viewer_orders orders = {0};
+    r->app.is_silent = true;
+    do {
+        viewer_work(r->host.viewer, &r->stats, &orders);
+        if (orders.must_save) *code = save(r);
+    } while (orders.is_paused && !orders.must_stop && *code == EXIT_OK && !app_signal());
+    r->app.is_silent = false;
+    return !orders.must_stop;
+}
+
+static int open_page(struct run *r)
+{
+    const struct train_args *a = r->a;
+    struct view_words render, trace;
+    view_words_render(&render, a->output, NULL, false);
+    view_words_trace(&trace, a->common.operands[0], &a->scene);
+    struct viewer_options options = {.scene = r->scene,
+                                     .trainer = r->trainer,
+                                     .scene_path = a->common.operands[0],
+                                     .model_path = a->output,
+                                     .render = render.list,
+                                     .trace = trace.list};
+    const int code = view_host_open(&r->host, &r->app, &a->page, &options);
+    if (code != EXIT_OK) return code;
+    return viewer_start(r->host.viewer) ? EXIT_OK
+                                        : app_error(&r->app, EXIT_FAILED, "view: no thread for it");
+}
+
 static int loop(struct run *r)
 {
     const struct train_args *a = r->a;
@@ -117,6 +149,7 @@ static int loop(struct run *r)
             is_due(&a->checkpoint_every, r->stats.step, r->saved_step, clock_s(), r->saved_clock_s))
             code = save(r);
         show(r);
+        if (code == EXIT_OK && r->host.viewer && !serve_pages(r, &code)) break;
     }
     return code;
 }
@@ -268,6 +301,7 @@ static int run(void *args)
     const struct train_args *a = args;
     struct run r = {.a = a, .time_s = a->time_s};
     int code = app_open(&r.app, &a->common);
+    if (code == EXIT_OK) code = view_args_check(&r.app, &a->page);
     if (code == EXIT_OK && a->from) code = read_origin(&r, args);
     const char *foreign = train_args_finish(args);
     if (code == EXIT_OK && foreign)
@@ -295,11 +329,13 @@ static int run(void *args)
     char memory[32];
     format_bytes(r.stats.memory_bytes, memory);
     app_detail(&r.app, "workspace %s; step %llu", memory, (unsigned long long)r.stats.step);
+    if (a->view && (code = open_page(&r)) != EXIT_OK) goto done;
     r.app.ignore_signal = true;
     app_begin(&r.app, "train", "steps", 1.0);
     code = loop(&r);
     const bool is_interrupted = app_signal() != 0;
     app_end(&r.app);
+    view_host_close(&r.host);
     /* Also after a failed step: the weights are as they were before it. */
     const int saved = r.saved_step != r.stats.step || r.stats.step == r.first_step ? save(&r)
                                                                                    : EXIT_OK;
@@ -312,6 +348,7 @@ static int run(void *args)
         code = 128 + app_signal();
     }
 done:
+    view_host_close(&r.host);
     train_log_close(&r.log);
     lmn_trainer_free(r.trainer);
     lmn_scene_free(r.scene);
@@ -324,7 +361,7 @@ const struct command command_train = {
     .operands = "SCENE",
     .summary = "Train a network on the configurations of a scene",
     .groups = train_groups,
-    .n_groups = 8,
+    .n_groups = 9,
     .args_size = sizeof(struct train_args),
     .init = train_args_init,
     .run = run,

@@ -3,6 +3,7 @@
 #define TRAIN_ARGS_H
 
 #include "cli_options.h"
+#include "view_host.h"
 
 struct train_args {
     struct common_args common;
@@ -23,6 +24,8 @@ struct train_args {
     uint32_t eval_n, eval_size, eval_spp;
     uint64_t eval_seed;
     uint32_t json;
+    uint32_t view; /* 1: with a page */
+    struct view_args page;
 };
 
 extern const struct arg_group train_groups[];

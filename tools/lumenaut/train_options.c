@@ -88,6 +88,11 @@ static const struct arg_option run_options[] = {
      .type = ARG_FLAG,
      .help = "print one JSON document about the run on stdout",
      .offset = offsetof(struct train_args, json)},
+    {.name = "view",
+     .type = ARG_FLAG,
+     .help = "serve a page that shows the scene as it is learnt, and how; costs nothing while "
+             "nobody looks",
+     .offset = offsetof(struct train_args, view)},
 };
 
 /* Where the options of training find the flag that tells whether they were given. */
@@ -328,6 +333,7 @@ const struct arg_group train_groups[] = {
     {"Ground truth", tracing_options, COUNT_OF(tracing_options),
      offsetof(struct train_args, options)},
     {"Scene", scene_options, COUNT_OF(scene_options), offsetof(struct train_args, scene)},
+    {"Page (--view)", view_options, COUNT_OF(view_options), offsetof(struct train_args, page)},
     COMMON_GROUP,
 };
 const size_t n_train_groups = COUNT_OF(train_groups);
@@ -336,6 +342,7 @@ void train_args_init(void *args)
 {
     struct train_args *a = args;
     lmn_train_options_init(&a->options);
+    view_args_init(&a->page);
     a->checkpoint_every.seconds = 300.0;
     a->eval_every.seconds = 120.0;
     a->eval_n = 8;

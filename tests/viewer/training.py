@@ -1,0 +1,89 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""training.py LUMENAUT: a training that is watched, as viewer/PROTOCOL.md describes it."""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+from client import Client, Closed, Viewer
+
+ROOT = pathlib.Path(__file__).parents[2]
+SCENE = str(ROOT / "tests/cli/scenes/box.xml")
+SMALL = ["--width", "16", "--depth", "1", "--spp", "4", "--memory", "8", "--eval-every", "never"]
+
+
+def check_told(client):
+    """The curve, the states, and pictures that follow the network."""
+    hello = client.hello
+    assert hello["can_train"] and hello["layers"][0] == "neural"
+    first = client.text("training")
+    assert first["running"] and isinstance(first["history"], list) and first["message"] is None
+    later = client.text("training", lambda t: t["step"] > first["step"] and t["states"])
+    assert "history" not in later and len(later["point"]) == 2 and later["loss"] > 0
+    ranges = [(v["min"], v["max"]) for v in hello["variables"]]
+    for values in later["states"]:
+        assert len(values) == len(ranges)
+        assert all(low - 1e-6 <= x <= high + 1e-6 for x, (low, high) in zip(values, ranges)), values
+    state = client.state()
+    pictures = {client.frame(state["version"]).bytes for _ in range(4)}
+    assert len(pictures) > 1, "the picture does not follow the training"
+
+
+def check_orders(client):
+    """Pause, save, go on, stop."""
+    client.send({"type": "train", "action": "rest"})
+    assert "action" in client.text("error")["message"]
+    client.send({"type": "train", "action": "pause"})
+    paused = client.text("training", lambda t: not t["running"])
+    state = client.state(width=48, height=32)
+    assert client.frame(state["version"], lambda f: f.is_final).spp == 64  # at rest now
+    client.texts.clear()
+    assert client.text("training")["step"] == paused["step"]
+    assert not os.path.exists("m.lmn")
+    client.send({"type": "train", "action": "save"})
+    while not os.path.exists("m.lmn"):
+        client.text("training")
+    client.send({"type": "train", "action": "start"})
+    client.text("training", lambda t: t["running"] and t["step"] > paused["step"])
+    client.send({"type": "train", "action": "stop"})
+    try:
+        while True:
+            client.receive()
+    except (Closed, ConnectionError):
+        pass
+
+
+def check_same_bytes(lumenaut):
+    """Who looks changes nothing of what is learnt."""
+    run = ["-o", "alone.lmn", "--steps", "60", *SMALL]
+    subprocess.run([lumenaut, "train", SCENE, "-q", *run], check=True, timeout=120)
+    run[1] = "seen.lmn"
+    with Viewer(lumenaut, SCENE, *run, "--view", command="train") as v:
+        try:
+            with Client(v.port) as c:
+                while True:
+                    c.state(layers=["neural", "traced"], moving=c.version % 2 == 0)
+                    c.next_frame()
+        except (Closed, ConnectionError):
+            pass
+        assert v.process.wait(60) == 0
+    assert pathlib.Path("alone.lmn").read_bytes() == pathlib.Path("seen.lmn").read_bytes()
+
+
+def main():
+    lumenaut = os.path.abspath(sys.argv[1])
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        with Viewer(lumenaut, SCENE, "-o", "m.lmn", "--time", "10m", *SMALL, "--view", command="train") as v:
+            with Client(v.port) as c:
+                check_told(c)
+                check_orders(c)
+            assert v.process.wait(60) == 0
+        check_same_bytes(lumenaut)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -47,8 +47,7 @@ new Stats(connection, stage);
 new Capture(connection, store, stage);
 watchConnection(connection);
 
-/* A server that asks a page of another version to be reloaded would be asked in vain: files are
- * not kept by the browser, so that this is all there is to do. */
+/* The server's first words, also after it went away and came back. */
 function greet(hello) {
     if (hello.protocol !== 1) {
         toast(`The viewer speaks protocol ${hello.protocol}, this page 1: reload the page.`, true);

@@ -129,14 +129,18 @@ bool easel_is_new(const struct easel *e)
     return false;
 }
 
+static bool is_wished(const struct easel *e, enum layer layer)
+{
+    for (uint32_t i = 0; i < e->wish.n_layers; i++)
+        if (e->wish.layers[i] == layer) return true;
+    return false;
+}
+
 /* The error needs both pictures, wanted or not. */
 static bool is_needed(const struct easel *e, enum layer layer)
 {
-    for (uint32_t i = 0; i < e->wish.n_layers; i++)
-        if (e->wish.layers[i] == layer ||
-            (e->wish.layers[i] == LAYER_ERROR && layer != LAYER_BUFFER && !e->wish.is_moving))
-            return true;
-    return false;
+    return is_wished(e, layer) ||
+           (layer != LAYER_BUFFER && is_wished(e, LAYER_ERROR) && !e->wish.is_moving);
 }
 
 /* The network has learnt since it was shown. */
@@ -368,7 +372,7 @@ static lmn_status refine(struct easel *e, enum layer layer, uint32_t frame,
                                .render_ms = 1e3 * render_s};
     e->is_done[layer] = h.is_final;
     e->is_shown[layer] = true;
-    if (is_needed(e, layer)) show(e, c->image, h, e->wish.exposure, e->wish.tone, out);
+    if (is_wished(e, layer)) show(e, c->image, h, e->wish.exposure, e->wish.tone, out);
     return LMN_OK;
 }
 
@@ -494,6 +498,9 @@ void easel_get_stats(const struct easel *e, struct view_stats *out)
     out->fps = now - first > 0.05 ? n_late / (now - first) : 0;
     out->render_ms = median(e->render_ms, n);
     out->encode_ms = median(e->encode_ms, n);
+    out->has_camera = e->has_wish && !e->wish.has_camera &&
+                      lmn_scene_get_camera(e->options->context, e->options->scene, e->wish.values,
+                                           &out->camera) == LMN_OK;
     out->neural_spp = e->neural.spp;
     out->traced_spp = e->traced.spp;
     if (e->options->model) {

@@ -51,6 +51,8 @@ struct view_stats {
     double fps;
     uint32_t width, height, neural_spp, traced_spp, n_sessions;
     double render_ms, buffers_ms, network_ms, encode_ms;
+    bool has_camera; /* of the values */
+    lmn_camera camera;
 };
 char *message_stats(const struct view_stats *s);
 char *message_metrics(uint32_t version, uint32_t neural_spp, uint32_t traced_spp,

@@ -179,6 +179,7 @@ char *message_stats(const struct view_stats *s)
     json_object_set_new(j, "network_ms", number(s->network_ms));
     json_object_set_new(j, "encode_ms", number(s->encode_ms));
     json_object_set_new(j, "sessions", json_integer(s->n_sessions));
+    json_object_set_new(j, "camera", s->has_camera ? camera_of(&s->camera) : json_null());
     return finish(j);
 }
 

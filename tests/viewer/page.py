@@ -109,6 +109,12 @@ class Page:
 def check_start(page, viewer):
     page.wait("connected", "document.getElementById('status').dataset.state === 'open'")
     page.settle()
+    # As large as it fits, in the scene's shape; then small, so that pictures are soon finished.
+    width, height = page.run("const c = document.getElementById('picture'); return [c.width, c.height]")
+    assert width > 500 and abs(width / height - 1.5) < 0.01, (width, height)
+    page.run("const s = document.getElementById('size'); s.value = 'scene';"
+             "s.dispatchEvent(new Event('change', {bubbles: true}))")
+    page.settle()
     assert page.find("#status-text").text == "Connected", page.find("#status-text").text
     addresses = set()
     for entry in page.driver.get_log("performance"):

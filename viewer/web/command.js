@@ -51,7 +51,8 @@ export function commandLine(store, size) {
 export function pathCommandLine(store, size) {
     const words = store.hello.commands?.render;
     if (!words) return '';
-    return [...words, '--path', 'keys.json', ...pictureWords(store, size)].map(quote).join(' ');
+    const frames = words.map(word => (word === 'picture.png' ? 'frame_%04d.png' : word));
+    return [...frames, '--path', 'keys.json', ...pictureWords(store, size)].map(quote).join(' ');
 }
 
 /* What the command line cannot say. */

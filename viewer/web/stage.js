@@ -5,6 +5,9 @@ import { $ } from './dom.js';
 import { clamp, title } from './format.js';
 import { CAPTURE_LAYER, LAYERS, layerSlot, readPicture, wantedLayers } from './protocol.js';
 
+/* Of a picture that fits the window: more take long to refine, and little is seen of them. */
+const MOST_PIXELS = 1.2e6;
+
 const NAMES = { neural: 'Neural', traced: 'Path traced', error: 'FLIP error' };
 
 export const layerName = name => NAMES[name] ?? title(name);
@@ -48,9 +51,14 @@ export class Stage extends EventTarget {
         if (Array.isArray(view.size)) return fit(view.size);
         if (view.size === 'half') return fit([w / 2, h / 2]);
         if (view.size === 'double') return fit([w * 2, h * 2]);
-        if (view.size !== 'window') return fit([w, h]);
+        if (view.size === 'scene') return fit([w, h]);
         const ratio = window.devicePixelRatio || 1;
-        return fit([this.#stage.clientWidth * ratio, this.#stage.clientHeight * ratio]);
+        const room = [this.#stage.clientWidth * ratio, this.#stage.clientHeight * ratio];
+        if (view.size === 'window') return fit(room);
+        const least = Math.max(16 / w, 16 / h);
+        const scale = Math.max(least, Math.min(room[0] / w, room[1] / h,
+                                               Math.sqrt(MOST_PIXELS / (w * h))));
+        return fit([w * scale, h * scale]);
     }
 
     /* The layer under a place of the picture, 0 left to 1 right. */
@@ -100,7 +108,7 @@ export class Stage extends EventTarget {
         const s = Math.min(cw / w, ch / h);
         this.#frame.style.width = `${Math.round(w * s)}px`;
         this.#frame.style.height = `${Math.round(h * s)}px`;
-        if (this.#store.view.size === 'window' && this.#store.hello
+        if (['fit', 'window'].includes(this.#store.view.size) && this.#store.hello
             && (this.#canvas.width !== w || this.#canvas.height !== h)) this.#session.changed();
     }
 

@@ -15,7 +15,7 @@ export const DEFAULT_VIEW = Object.freeze({
     split: 0.5,
     exposure: 1,
     tone: 'srgb',
-    size: 'scene', /* scene, half, double, window, or [width, height] */
+    size: 'fit', /* fit, scene, half, double, window, or [width, height] */
     rate: 15,
     least: 0.25,
 });
@@ -68,7 +68,7 @@ export function soundView(view, hello) {
     if (v.tone !== 'aces') v.tone = 'srgb';
     if (Array.isArray(v.size) && v.size.length === 2 && v.size.every(Number.isFinite)) {
         v.size = v.size.map(n => clamp(Math.round(n), 16, 4096));
-    } else if (!['scene', 'half', 'double', 'window'].includes(v.size)) {
+    } else if (!['fit', 'scene', 'half', 'double', 'window'].includes(v.size)) {
         v.size = DEFAULT_VIEW.size;
     }
     return Object.fromEntries(Object.keys(DEFAULT_VIEW).map(key => [key, v[key]]));

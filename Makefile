@@ -2,7 +2,7 @@
 # The front door. Each target is a short script of scripts/; CMake presets do the building.
 export PATH
 
-.PHONY: help deps build demo test bench results lint check-long peers references check-peers bench-error bench-denoiser bench-learn bench-ablation sheets install clean
+.PHONY: help deps build demo test bench results lint check-long peers references check-peers bench-error bench-denoiser bench-learn bench-ablation bench-view sheets install clean
 
 help:
 	@echo 'make deps         install the Debian packages of packages.txt, when some are missing'
@@ -14,6 +14,7 @@ help:
 	@echo 'make bench-denoiser MODELS="A.lmn B.lmn"  frames beside path tracing and a denoiser'
 	@echo 'make bench-learn  how fast the methods of training learn (many hours; stops and goes on)'
 	@echo 'make bench-ablation  the improved method without each of its parts (two hours; the same)'
+	@echo 'make bench-view MODELS="A.lmn B.lmn"  frames and latency of the viewer, in a real page'
 	@echo 'make results      active exploration beside uniform draws: four trainings of 15 minutes'
 	@echo 'make lint         the house rules alone (format, includes, headers, symbols, text)'
 	@echo 'make check-long   every test, all of them under ASan+UBSan, and TSan'
@@ -56,6 +57,9 @@ bench-denoiser: build peers
 
 bench-learn: build
 	@sh scripts/bench_learn.sh
+
+bench-view: build
+	@/usr/bin/python3 scripts/bench_view.py --json build/view.json $(MODELS)
 
 bench-ablation: build
 	@sh scripts/bench_ablation.sh

@@ -12,7 +12,7 @@
 enum { NEURAL_SPP = 64, TRACED_SPP = 4096, BUFFER_SPP = 4 };
 
 /* A pass of path tracing at rest takes about so long; so does the first look at a new state. */
-#define PASS_S  0.25
+#define PASS_S  0.1
 #define FIRST_S 0.1
 
 /* What a pixel costs before any was measured, in seconds. */

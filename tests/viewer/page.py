@@ -47,7 +47,7 @@ document.addEventListener('lumenaut:sent', e => { window.sent = e.detail.version
 class Page:
     """The page in a browser of its own."""
 
-    def __init__(self, url, width=1280, height=860, is_dark=False):
+    def __init__(self, url, width=1280, height=860, is_dark=False, is_watched=True):
         options = webdriver.ChromeOptions()
         options.binary_location = CHROMIUM
         for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
@@ -55,7 +55,8 @@ class Page:
             options.add_argument(word)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
         self.driver = webdriver.Chrome(service=Service(DRIVER), options=options)
-        self.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": WATCH})
+        if is_watched:
+            self.driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": WATCH})
         self.driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [
             {"name": "prefers-color-scheme", "value": "dark" if is_dark else "light"}]})
         self.url = url

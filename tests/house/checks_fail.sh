@@ -14,7 +14,7 @@ failures=0
 reset() {
     rm -rf "$tree"
     mkdir -p "$tree/src/base" "$tree/src/nn" "$tree/src/scene" "$tree/src/render" "$tree/tools/t" \
-        "$tree/include/lumenaut" "$tree/docs/man" "$tree/scenes" "$tree/scripts"
+        "$tree/viewer" "$tree/include/lumenaut" "$tree/docs/man" "$tree/scenes" "$tree/scripts"
     cp "$source/.clang-format" "$tree/"
     put src/base/a.h 'int a(void);'
     put src/nn/b.c '#include "base/a.h"' 'struct s {' '    int (*free)(void *);' '};' \
@@ -87,6 +87,12 @@ put tools/t/main.c '#include "../../src/base/a.h"'
 refuses includes.py 'only <lumenaut/lumenaut.h>'
 put tools/t/main.c '#include <base/a.h>'
 refuses includes.py 'main.c:2: <base/a.h>'
+put tools/t/main.c '#include "viewer.h"' && put viewer/hall.h ''
+accepts includes.py
+put tools/t/main.c '#include "hall.h"'
+refuses includes.py 'only <lumenaut/lumenaut.h>'
+put viewer/server.c '#include "../src/base/a.h"'
+refuses includes.py 'server.c:2:'
 put src/render/e.c '#include <embree3/rtcore.h>'
 put src/scene/e2.c '#include <embree3/rtcore.h>'
 refuses includes.py 'more than one file includes Embree'

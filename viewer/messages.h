@@ -63,6 +63,7 @@ struct training_state {
     bool is_running;
     uint64_t step, n_configurations;
     double loss, seconds, steps_per_s, view_share;
+    double acceptance, reuse;  /* shares; NAN: not of this method */
     uint32_t n_points;         /* of the curve: all at the start, then the newest */
     const double (*points)[2]; /* seconds, loss */
     uint32_t n_states, n_variables;

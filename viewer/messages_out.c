@@ -103,6 +103,8 @@ static json_t *training_of(const struct training_state *t, bool is_whole)
     json_object_set_new(j, "configurations", json_integer((json_int_t)t->n_configurations));
     json_object_set_new(j, "steps_per_s", number(t->steps_per_s));
     json_object_set_new(j, "view_share", number(t->view_share));
+    json_object_set_new(j, "acceptance", number(t->acceptance));
+    json_object_set_new(j, "reuse", number(t->reuse));
     json_object_set_new(j, "message", json_null());
     if (is_whole) {
         list = json_array();

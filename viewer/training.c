@@ -14,8 +14,11 @@
 
 bool training_init(struct training *t, lmn_trainer *trainer, uint32_t n_variables)
 {
+    lmn_train_options options;
+    lmn_trainer_get_options(trainer, &options);
     *t = (struct training){.trainer = trainer,
                            .n_variables = n_variables,
+                           .has_chains = options.method == LMN_METHOD_FAITHFUL,
                            .every_s = FIRST_EVERY_S,
                            .last_clock_s = hall_clock_s()};
     t->states = calloc((size_t)TOLD_STATES * n_variables + 1, sizeof *t->states);
@@ -85,6 +88,8 @@ char *training_text(struct training *t, const lmn_train_stats *stats, bool is_ru
         .seconds = stats->cpu_s,
         .steps_per_s = is_running && t->all_s > 0 ? t->steps / t->all_s : 0.0,
         .view_share = training_view_share(t),
+        .acceptance = t->has_chains ? stats->acceptance : (double)NAN,
+        .reuse = t->has_chains ? stats->reuse_probability : (double)NAN,
         .n_points = t->n_points,
         .points = (const double(*)[2])t->points,
         .n_states = lmn_trainer_get_states(t->trainer, TOLD_STATES, t->states),

@@ -13,6 +13,7 @@ enum { CURVE_POINTS = 400, TOLD_STATES = 64 };
 struct training {
     lmn_trainer *trainer;
     uint32_t n_variables;
+    bool has_chains;                /* the paper's method: acceptance and reuse mean something */
     double points[CURVE_POINTS][2]; /* seconds, mean loss since the last point */
     uint32_t n_points;
     double every_s, next_s; /* of training time: between points, and the next one */

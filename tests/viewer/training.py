@@ -20,6 +20,7 @@ def check_told(client):
     assert hello["can_train"] and hello["layers"][0] == "neural"
     first = client.text("training")
     assert first["running"] and isinstance(first["history"], list) and first["message"] is None
+    assert first["acceptance"] is None and first["reuse"] is None  # the improved method has no chains
     later = client.text("training", lambda t: t["step"] > first["step"] and t["states"])
     assert "history" not in later and len(later["point"]) == 2 and later["loss"] > 0
     ranges = [(v["min"], v["max"]) for v in hello["variables"]]

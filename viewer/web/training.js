@@ -99,11 +99,14 @@ export class Training {
             ['configurations', 'Configurations', short(m?.configurations, 9)],
             ['steps_per_s', 'Steps a second', short(m?.steps_per_s, 3)],
         ];
+        const share = x => `${Math.round(x * 100)} %`;
+        if (m?.acceptance != null) facts.push(['acceptance', 'Accepted', share(m.acceptance)]);
+        if (m?.reuse != null) facts.push(['reuse', 'Replayed', share(m.reuse)]);
         $('training-facts').replaceChildren(...facts.map(([key, name, value]) => h('div', null,
             h('dt', null, name), h('dd', { 'data-training': key }, value))));
-        const share = m?.view_share;
-        $('share').value = share ?? 0;
-        $('share-now').textContent = share == null ? '–' : `${Math.round(share * 100)} %`;
+        const viewing = m?.view_share;
+        $('share').value = viewing ?? 0;
+        $('share-now').textContent = viewing == null ? '–' : share(viewing);
         if ($('panel-training').hidden) return;
         $('loss-plot').replaceChildren(lossPlot(this.#history));
         $('loss-table').replaceChildren(lossTable(this.#history));

@@ -21,5 +21,5 @@ echo
 echo "model   $out/demo.lmn"
 echo "sheet   $out/sheet.png       neural | path traced | FLIP"
 echo "curves  $out/progress.svg"
-echo "next    $lumenaut params $out/demo.lmn"
+echo "next    $lumenaut view $out/demo.lmn        a page with a slider for each variable"
 echo "        $lumenaut render $out/demo.lmn -P NAME=50% -o picture.png"

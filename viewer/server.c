@@ -382,8 +382,10 @@ bool server_new(const struct viewer_options *options, const struct message_rules
             snprintf(why, VIEWER_WHY, "cannot listen at %s, port %u: it is taken, or not ours",
                      options->bind, options->port);
         else
-            snprintf(why, VIEWER_WHY, "cannot listen at %s, ports %d to %d: give another --port",
-                     options->bind, VIEWER_PORT, VIEWER_PORT + PORTS_TRIED - 1);
+            snprintf(
+                why, VIEWER_WHY,
+                "cannot listen at %s, ports %d to %d: no address of this machine, or all taken",
+                options->bind, VIEWER_PORT, VIEWER_PORT + PORTS_TRIED - 1);
         server_free(s);
         return false;
     }

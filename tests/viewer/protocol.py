@@ -269,7 +269,7 @@ def check_ports(lumenaut):
         taken = subprocess.run([lumenaut, "view", SCENE, "--port", str(first.port)], capture_output=True,
                                text=True, timeout=60)
         assert taken.returncode == 1 and "taken" in taken.stderr, taken
-    for arguments in (["--port", "0"], ["--token", "a b"], ["--port", "99999"]):
+    for arguments in (["--port", "0"], ["--token", "a b"], ["--port", "99999"], ["--bind", "nowhere"], ["--bind", "::1"]):
         run = subprocess.run([lumenaut, "view", SCENE, *arguments], capture_output=True, text=True, timeout=60)
         assert run.returncode == 2 and run.stderr.count("\n") == 1, run
 

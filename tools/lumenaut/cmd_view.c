@@ -38,6 +38,11 @@ static int serve(struct app *app, const struct command_args *a, const lmn_scene 
                                      .model_path = model ? a->common.operands[0] : NULL,
                                      .render = model ? render.list : NULL,
                                      .trace = trace.list};
+    if (!model)
+        app_say(app,
+                "path tracing only; lumenaut train %s -o NAME.lmn --view shows a network as it "
+                "learns",
+                info.path);
     app->is_silent = true;
     int code = view_host_open(&host, app, &a->view, &options);
     if (code == EXIT_OK && !viewer_run(host.viewer))

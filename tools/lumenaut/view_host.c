@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "view_host.h"
 
+#include <arpa/inet.h>
 #include <spawn.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,8 +46,18 @@ static bool is_token_plain(const char *token)
     return *token && strlen(token) < 200 && strspn(token, letters) == strlen(token);
 }
 
+/* The one name that is told from an address. */
+static const char *address_of(const struct view_args *a)
+{
+    return strcmp(a->bind, "localhost") == 0 ? "127.0.0.1" : a->bind;
+}
+
 int view_args_check(struct app *app, const struct view_args *a)
 {
+    struct in_addr address;
+    if (inet_pton(AF_INET, address_of(a), &address) != 1)
+        return app_error(app, EXIT_USAGE, "--bind %s: expected an address, as 127.0.0.1 or 0.0.0.0",
+                         a->bind);
     if (a->token && !is_token_plain(a->token))
         return app_error(app, EXIT_USAGE, "--token: letters, digits and -_. only, at most 199");
     return EXIT_OK;
@@ -54,7 +65,7 @@ int view_args_check(struct app *app, const struct view_args *a)
 
 static bool is_local(const char *address)
 {
-    return strncmp(address, "127.", 4) == 0 || strcmp(address, "localhost") == 0;
+    return strncmp(address, "127.", 4) == 0;
 }
 
 static void open_browser(struct app *app, const char *url)
@@ -70,7 +81,7 @@ static void on_open(void *user, const char *url, uint16_t port)
     const struct view_host *h = user;
     char name[256] = "HOST";
     app_say(h->app, "%s", url);
-    if (is_local(h->args->bind)) {
+    if (is_local(address_of(h->args))) {
         if (gethostname(name, sizeof name - 1) != 0 || !*name) snprintf(name, sizeof name, "HOST");
         app_say(h->app, "from another machine: ssh -L %u:127.0.0.1:%u %s", port, port, name);
     }
@@ -131,13 +142,13 @@ int view_host_open(struct view_host *h, struct app *app, const struct view_args 
     *h = (struct view_host){.app = app, .args = a};
     options->context = app->context;
     options->program = "lumenaut " LMN_TOOL_VERSION;
-    options->bind = a->bind;
+    options->bind = address_of(a);
     options->token = a->token;
     options->port = (uint16_t)a->port;
     options->on_open = on_open;
     options->must_stop = must_stop;
     options->user = h;
-    if (!a->token && !is_local(a->bind)) {
+    if (!a->token && !is_local(options->bind)) {
         if (!make_token(h->token))
             return app_error(app, EXIT_FAILED, "no random numbers for a token");
         options->token = h->token;

@@ -14,7 +14,7 @@ enum { PARTS = 6, PART_BUFFERS = 3, PART_GROUPS = 4, PART_CHAIN = 5 };
 
 struct photon_passes {
     struct photon_map *maps[2]; /* for even and odd samples: the halves stay independent */
-    float radius;               /* of the first pass */
+    float radius;               /* of the first pass of the picture under way */
     float *parts[PARTS];        /* a pass's colour, halves, buffers, groups, chain; or NULL */
     size_t n_pixels;            /* room in each */
     uint64_t memory_size;
@@ -148,6 +148,7 @@ lmn_status photon_passes_trace(struct photon_passes *p, const struct view *v, st
     struct progress told = {progress, progress_user, 0, (spp + PASS_SPP - 1) / PASS_SPP};
     struct trace_output part = *out;
     for (int k = 0; k < PARTS; k++) *wanted(&part, k) = p->parts[k];
+    p->radius = 0.0f; /* of this configuration's photons */
     for (uint32_t first = 0; first < spp; first += PASS_SPP) {
         trace_photons(p, v, pool, t, first_pass + told.pass);
         s.first_sample = t->first_sample + first;

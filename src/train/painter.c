@@ -287,7 +287,7 @@ lmn_status painter_render(struct painter *p, const float *u,
     trace_settings_init(&settings, p->place->scene);
     settings.spp = options->buffer_spp > 0 ? options->buffer_spp : PAINTER_BUFFER_SPP;
     settings.seed = options->seed;
-    if (p->network.field) settings.sampler = SAMPLER_SOBOL; /* smoother edges, calmer glass */
+    settings.sampler = SAMPLER_SOBOL; /* smoother edges, calmer glass */
     settings.follows_delta = p->network.field && p->network.sight->follows_delta;
     settings.first_sample = options->first_sample;
     view_set(p->view, u);

@@ -177,8 +177,7 @@ static lmn_status take_all(struct learner *l, struct error *err)
     TRY(scout_new(&l->place, &l->sight, l->field, &scout, &l->scout, err));
     l->stats.memory_bytes += l->memory.size + scout_memory_size(l->scout);
     if (o->n_roots > 0) {
-        TRY(tails_new(&l->sight, o->n_fresh, 2 * l->trace.spp * o->n_pixels, l->trace.max_depth,
-                      &l->tails, err));
+        TRY(tails_new(&l->sight, o->n_fresh, 2 * l->trace.spp * o->n_pixels, &l->tails, err));
         l->stats.memory_bytes += tails_memory_size(l->tails);
     }
     l->gradient = take(l, n_weights, sizeof(float), &is_short);
@@ -213,6 +212,7 @@ lmn_status learner_new(const struct workplace *place, const struct learner_optio
     l->options = *options;
     TRY(sight_init(&l->sight, place->scene, options->without, err));
     l->sight.cpu = place->cpu;
+    l->sight.max_depth = trace->max_depth;
     l->trace = *trace;
     l->trace.spp = (options->spp + 3) / 4 * 2; /* of each half; even, as first_sample */
     l->trace.splats = false;
@@ -354,7 +354,7 @@ static void trace_errand(struct learner *l, struct desk *d, const struct errand 
 {
     for (uint32_t half = 0; half < 2; half++) trace_half(l, d, e, half, halves[half]);
     for (uint32_t i = e->first; i < e->first + e->n; i++)
-        d->bounces[i] = sight_bounces(e->max_depth, l->trace.max_depth);
+        d->bounces[i] = sight_bounces(&l->sight, e->max_depth);
 }
 
 /* Camera pixels as surfaces behind mirrors and glass, one way each, in the order of lengths: what

@@ -34,6 +34,7 @@ static lmn_status load_field(struct model *m, const struct model_file *file, str
     lmn_status status = LMN_OK;
     TRY(sight_init(&m->sight, m->place.scene, m->options.without, err));
     m->sight.cpu = m->place.cpu;
+    if (m->options.has_max_depth) m->sight.max_depth = m->options.max_depth;
     const struct field_config want = sight_field(&m->sight);
     TRY(model_file_check_field(file, &want, err));
     TRY(field_new(&file->field, m->place.pool, m->place.cpu, &m->field, err));

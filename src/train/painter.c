@@ -112,12 +112,11 @@ struct painting {
 /* ---- The compact network: tile by tile ---- */
 
 /* What is left of the scene's bounces behind mirrors and glass. */
-static void set_bounces(const struct sight *s, struct painter_desk *d, int32_t max_depth,
-                        uint32_t n)
+static void set_bounces(const struct sight *s, struct painter_desk *d, uint32_t n)
 {
     for (size_t i = 0; i < n; i++) {
         const int32_t length = (int32_t)d->chain[i * CHAIN_CHANNELS + CHAIN_LENGTH];
-        d->bounces[i] = sight_bounces(max_depth - length, max_depth);
+        d->bounces[i] = sight_bounces(s, s->max_depth - length);
     }
     sight_set_bounces(s, d->bounces, n, d->features);
 }
@@ -140,7 +139,7 @@ static void paint_sample(struct painter *p, uint32_t worker, const struct trace_
     view_trace(p->view, settings, tile, &output);
     const uint64_t traced = clock_ticks();
     sight_look(sight, view_state(p->view), d->buffers, n, d->positions, d->features, d->scale);
-    if (sight->follows_delta) set_bounces(sight, d, settings->max_depth, n);
+    if (sight->follows_delta) set_bounces(sight, d, n);
     const uint64_t looked = clock_ticks();
     field_render_part(p->network.field, worker, &run, d->color);
     const uint64_t rendered = clock_ticks();
@@ -288,7 +287,10 @@ lmn_status painter_render(struct painter *p, const float *u,
     settings.spp = options->buffer_spp > 0 ? options->buffer_spp : PAINTER_BUFFER_SPP;
     settings.seed = options->seed;
     settings.sampler = SAMPLER_SOBOL; /* smoother edges, calmer glass */
-    settings.follows_delta = p->network.field && p->network.sight->follows_delta;
+    if (p->network.field) {
+        settings.follows_delta = p->network.sight->follows_delta;
+        settings.max_depth = p->network.sight->max_depth;
+    }
     settings.first_sample = options->first_sample;
     view_set(p->view, u);
     if (options->pose) view_look_from(p->view, options->pose);

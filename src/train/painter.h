@@ -17,12 +17,10 @@ struct painter_network {
 struct painter_desk {
     float *buffers;                      /* [TILE_PIXELS][BUFFER_CHANNELS] */
     float *positions, *features, *scale; /* sight_look() */
-    float *chain,
-        *bounces; /* [TILE_PIXELS][CHAIN_CHANNELS], [TILE_PIXELS]: of sight that follows */
-    float *color; /* [TILE_PIXELS][3]: of one sample */
-    float *sums;  /* of all samples: colours, then buffers */
-    /* Ticks of clock_ticks() since the frame began: tracing, sight_look(), the network, the rest.
-     */
+    float *chain, *bounces; /* [TILE_PIXELS][CHAIN_CHANNELS], [TILE_PIXELS]: if sight follows */
+    float *color;           /* [TILE_PIXELS][3]: of one sample */
+    float *sums;            /* of all samples: colours, then buffers */
+    /* clock_ticks() since the frame began: tracing, sight_look(), the network, the rest */
     uint64_t buffer_ticks, look_ticks, network_ticks, other_ticks;
 };
 

@@ -60,7 +60,9 @@ lmn_status sight_init(struct sight *s, const struct scene *scene, uint32_t witho
                       struct error *err)
 {
     lmn_status status = LMN_OK;
-    *s = (struct sight){.scene = scene, .ignores_albedo = (without & LMN_WITHOUT_ALBEDO) != 0};
+    *s = (struct sight){.scene = scene,
+                        .max_depth = scene->settings.max_depth,
+                        .ignores_albedo = (without & LMN_WITHOUT_ALBEDO) != 0};
     s->follows_delta = !(without & LMN_WITHOUT_CHAINS) && view_has_chains(scene);
     TRY(powers_init(&s->powers, scene, (without & LMN_WITHOUT_POWERS) != 0, err));
     TRY(scene_frames_init(scene, &s->frames, err));
@@ -216,9 +218,9 @@ void sight_look(const struct sight *s, const struct scene_state *state, const fl
         scale[i] = scale[i] > 0.0f ? 1.0f : 0.0f;
 }
 
-float sight_bounces(int32_t max_depth, int32_t of)
+float sight_bounces(const struct sight *s, int32_t max_depth)
 {
-    return of < 0 ? 1.0f : (float)max_depth / (float)of;
+    return s->max_depth < 0 ? 1.0f : (float)max_depth / (float)s->max_depth;
 }
 
 void sight_set_bounces(const struct sight *s, const float *bounces, uint32_t n, float *features)

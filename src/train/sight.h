@@ -20,11 +20,13 @@
  *               and its mirror image; per frame direction and nearness; per light direction,
  *               nearness and cosine; per light and frame how closely the segment to the light
  *               passes the thing, in its frame: shadows. What is hidden gives zeros
- *   bounces     a feature: the share of the bounces that count. What a pixel shows has all of them,
- *               what is behind mirrors and glass (render/chain.h) less, and so has what tails.h
- * asks scale       albedo, but at least a tenth lights      the powers of groups of lights
- * (powers.h) v           the other variables, but those that only the camera follows: radiance of a
- * surface does not depend on who looks
+ *   bounces     a feature: the share of training's bounces that count. What a pixel shows has all
+ *               of them, what is behind mirrors and glass (render/chain.h) less, and so has what
+ *               tails.h asks
+ *   scale       albedo, but at least a tenth
+ *   lights      the powers of groups of lights (powers.h)
+ *   v           the other variables, but those that only the camera follows: radiance of a surface
+ *               does not depend on who looks
  */
 enum { SIGHT_FRAMES = 6, SIGHT_LIGHTS = 3 };
 
@@ -39,6 +41,7 @@ struct sight {
         struct vec3 center; /* in the instance's space */
     } lights[SIGHT_LIGHTS];
     uint32_t n_positions, n_features;
+    int32_t max_depth;    /* bounces of training, -1: no bound; the scene's until the owner says */
     bool ignores_albedo;  /* LMN_WITHOUT_ALBEDO: scale is 1 */
     bool follows_delta;   /* mirrors and glass are looked through, where the scene has them */
     uint32_t n_variables; /* of v */
@@ -70,8 +73,8 @@ void sight_look(const struct sight *s, const struct scene_state *state, const fl
 /* Features are those of all bounces: now of a share [n] of them. */
 void sight_set_bounces(const struct sight *s, const float *bounces, uint32_t n, float *features);
 
-/* The share that counts with this depth; depths of -1 have no bound. */
-float sight_bounces(int32_t max_depth, int32_t of);
+/* The share that counts with this depth. */
+float sight_bounces(const struct sight *s, int32_t max_depth);
 
 /* What of the buffers sight_look() reads, and bounces [n], to keep and to look at again:
  * [n][SIGHT_KEPT]. */

@@ -14,7 +14,6 @@ struct list {
 struct tails {
     const struct sight *sight;
     uint32_t n_items, capacity;
-    int32_t max_depth;
     uint64_t memory_size;
     struct list *lists;
     struct field_run *runs;
@@ -49,7 +48,7 @@ static bool take_list(struct tails *t, struct list *l)
 }
 
 lmn_status tails_new(const struct sight *sight, uint32_t n_items, uint32_t capacity,
-                     int32_t max_depth, struct tails **out, struct error *err)
+                     struct tails **out, struct error *err)
 {
     struct tails *t = mem_new(1, sizeof *t);
     bool is_short = false;
@@ -57,7 +56,6 @@ lmn_status tails_new(const struct sight *sight, uint32_t n_items, uint32_t capac
     if (!t) return fail_memory(err, "the ends of paths");
     t->sight = sight;
     t->capacity = capacity;
-    t->max_depth = max_depth;
     t->lists = take(t, n_items, sizeof *t->lists, &is_short);
     t->runs = take(t, n_items, sizeof *t->runs, &is_short);
     t->groups = take(t, (size_t)n_items * capacity * sight->powers.n, sizeof(float[3]), &is_short);
@@ -114,7 +112,7 @@ void tails_look(struct tails *t, uint32_t item, const struct scene_state *state,
         const struct path_end *end = &l->ends.ends[i];
         const struct vec3 w = vec3_scale(end->throughput, share);
         const bool is_finite = vec3_is_finite(w);
-        const float bounces = sight_bounces(end->max_depth, t->max_depth);
+        const float bounces = sight_bounces(s, end->max_depth);
         sight_set_bounces(s, &bounces, 1, l->features + (size_t)i * s->n_features);
         l->to[i] = targets + (size_t)end->pixel * s->powers.n * 3;
         l->weights[3 * i + 0] = is_finite ? w.x : 0.0f;

@@ -18,7 +18,7 @@ struct tails;
 
 /* n_items configurations with at most `capacity` ends each. */
 lmn_status tails_new(const struct sight *sight, uint32_t n_items, uint32_t capacity,
-                     int32_t max_depth, struct tails **out, struct error *err);
+                     struct tails **out, struct error *err);
 void tails_free(struct tails *t);
 uint64_t tails_memory_size(const struct tails *t);
 

@@ -246,6 +246,33 @@ static void mirrors_are_looked_through(void **state)
     tiny_edit(&tiny, smooth, rough);
 }
 
+/* Behind a mirror are the bounces that training left, whatever the scene says. */
+static void pictures_count_the_bounces_of_training(void **state)
+{
+    static const char rough[] = "<bsdf type=\"diffuse\" id=\"wall\">\n    <rgb name=\"";
+    static const char smooth[] = "<bsdf type=\"conductor\" id=\"wall\">\n    <rgb name=\"specular_";
+    static float pictures[2][N];
+    (void)state;
+    tiny_edit(&tiny, rough, smooth);
+    for (uint32_t k = 0; k < 2; k++) { /* the scene's own 3, or training's over the scene's 6 */
+        struct learner *l;
+        struct error err = {{0}};
+        struct trace_settings trace;
+        const struct learner_options o = short_options();
+        if (k == 1) tiny_edit(&tiny, "max_depth\" value=\"3\"", "max_depth\" value=\"6\"");
+        trace_settings_init(&trace, tiny.scene);
+        assert_int_equal(trace.max_depth, k == 0 ? 3 : 6);
+        trace.max_depth = 3;
+        if (learner_new(&tiny.place, &o, &trace, &l, &err) != LMN_OK) fail_msg("%s", err.text);
+        run(l, 5);
+        paint(l, 0, pictures[k]);
+        learner_free(l);
+    }
+    tiny_edit(&tiny, "max_depth\" value=\"6\"", "max_depth\" value=\"3\"");
+    tiny_edit(&tiny, smooth, rough);
+    assert_memory_equal(pictures[0], pictures[1], sizeof pictures[0]);
+}
+
 /* The ring of configurations comes round. */
 static void memory_is_bounded(void **state)
 {
@@ -307,6 +334,7 @@ int main(void)
         cmocka_unit_test(memory_is_bounded),
         cmocka_unit_test(failed_steps_change_nothing),
         cmocka_unit_test(mirrors_are_looked_through),
+        cmocka_unit_test(pictures_count_the_bounces_of_training),
     };
     return cmocka_run_group_tests(tests, tiny_setup, tiny_teardown);
 }

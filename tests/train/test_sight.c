@@ -159,7 +159,8 @@ static void kept_pixels_look_the_same(void **state)
         assert_true(a.features[sight.n_features - 1] == bounces[i]);
         assert_true(a.features[sight.n_features - 2] == b.features[sight.n_features - 2]);
     }
-    assert_true(sight_bounces(3, 6) == 0.5f && sight_bounces(-1, -1) == 1.0f);
+    const struct sight six = {.max_depth = 6}, unbounded = {.max_depth = -1};
+    assert_true(sight_bounces(&six, 3) == 0.5f && sight_bounces(&unbounded, -1) == 1.0f);
 }
 
 /* Whole frames with every kind of pixel, seen with every instruction set: the same bytes. */

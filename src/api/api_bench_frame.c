@@ -77,8 +77,8 @@ static lmn_status time_frames(struct bench *b, struct painter *painter, double *
         painted_s = clock_wall_s() - start_s;
         const uint64_t ticks = clock_ticks() - start;
         if (status == LMN_OK)
-            tone_apply(&b->tone, b->context->pool, image.data,
-                       3 * (size_t)image.width * image.height, 1.0f, b->bytes);
+            tone_apply(&b->tone, b->context->pool, image.data, (size_t)image.width * image.height,
+                       image.n_channels, 1.0f, TONE_SRGB, b->bytes);
         parts[PART_FRAME] = clock_wall_s() - start_s;
         parts[PART_TONE] = parts[PART_FRAME] - painted_s;
         parts[PART_CPU] = (clock_cpu_s() - start_cpu_s) / pool_n_workers(b->context->pool);

@@ -207,8 +207,7 @@ lmn_status lmn_image_tone(lmn_context *context, const lmn_image *image, double e
     if (!(exposure >= 0.0 && exposure <= 1e9))
         return fail(err, LMN_ERR_ARGUMENT, "exposure %g: 0 to 1e9", exposure);
     tone_init(&table);
-    tone_apply_pixels(&table, context->pool, im->data, (size_t)im->width * im->height,
-                      im->n_channels, (float)exposure,
-                      tone == LMN_TONE_ACES ? TONE_ACES : TONE_SRGB, rgb);
+    tone_apply(&table, context->pool, im->data, (size_t)im->width * im->height, im->n_channels,
+               (float)exposure, tone == LMN_TONE_ACES ? TONE_ACES : TONE_SRGB, rgb);
     return LMN_OK;
 }

@@ -6,7 +6,7 @@
 #include "base/pool.h"
 #include "image/image.h"
 
-enum { CHUNK = 1 << 16 };
+enum { CHUNK = 1 << 14 }; /* pixels */
 
 static float from_bits(uint32_t bits)
 {
@@ -35,29 +35,11 @@ void tone_init(struct tone *t)
 struct job {
     const struct tone *tone;
     const float *linear;
-    size_t n;
+    size_t n_pixels, stride;
     float exposure;
-    uint8_t *out;
-    size_t stride; /* of pixels */
     enum tone_curve curve;
+    uint8_t *out;
 };
-
-static void apply_chunk(void *ctx, uint32_t item, uint32_t worker)
-{
-    const struct job *j = ctx;
-    const size_t first = (size_t)item * CHUNK, n = j->n - first < CHUNK ? j->n - first : CHUNK;
-    const float *from = j->linear + first;
-    uint8_t *to = j->out + first;
-    (void)worker;
-    for (size_t i = 0; i < n; i++) to[i] = tone_of(j->tone, j->exposure * from[i]);
-}
-
-void tone_apply(const struct tone *t, struct pool *pool, const float *linear, size_t n,
-                float exposure, uint8_t *out)
-{
-    struct job j = {.tone = t, .linear = linear, .n = n, .exposure = exposure, .out = out};
-    pool_run(pool, (uint32_t)((n + CHUNK - 1) / CHUNK), apply_chunk, &j);
-}
 
 static float film(float x)
 {
@@ -65,23 +47,22 @@ static float film(float x)
     return x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f);
 }
 
-static void apply_pixels(void *ctx, uint32_t item, uint32_t worker)
+static void apply_chunk(void *ctx, uint32_t item, uint32_t worker)
 {
     const struct job *j = ctx;
     const size_t first = (size_t)item * CHUNK;
-    const size_t last = j->n - first < CHUNK ? j->n : first + CHUNK;
+    const size_t end = j->n_pixels - first < CHUNK ? j->n_pixels : first + CHUNK;
     (void)worker;
-    for (size_t i = first; i < last; i++)
+    for (size_t i = first; i < end; i++)
         for (size_t c = 0; c < 3; c++) {
             const float x = j->exposure * j->linear[i * j->stride + c];
             j->out[3 * i + c] = tone_of(j->tone, j->curve == TONE_ACES ? film(x) : x);
         }
 }
 
-void tone_apply_pixels(const struct tone *t, struct pool *pool, const float *linear,
-                       size_t n_pixels, size_t stride, float exposure, enum tone_curve curve,
-                       uint8_t *out)
+void tone_apply(const struct tone *t, struct pool *pool, const float *linear, size_t n_pixels,
+                size_t stride, float exposure, enum tone_curve curve, uint8_t *out)
 {
-    struct job j = {t, linear, n_pixels, exposure, out, stride, curve};
-    pool_run(pool, (uint32_t)((n_pixels + CHUNK - 1) / CHUNK), apply_pixels, &j);
+    struct job j = {t, linear, n_pixels, stride, exposure, curve, out};
+    pool_run(pool, (uint32_t)((n_pixels + CHUNK - 1) / CHUNK), apply_chunk, &j);
 }

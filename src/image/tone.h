@@ -45,13 +45,8 @@ enum tone_curve { TONE_SRGB, TONE_ACES };
 
 struct pool;
 
-/* out [n] from linear [n] times exposure, on the pool. */
-void tone_apply(const struct tone *t, struct pool *pool, const float *linear, size_t n,
-                float exposure, uint8_t *out);
-
-/* The first three of `stride` numbers of each pixel, to out [n_pixels][3]. */
-void tone_apply_pixels(const struct tone *t, struct pool *pool, const float *linear,
-                       size_t n_pixels, size_t stride, float exposure, enum tone_curve curve,
-                       uint8_t *out);
+/* out [n_pixels][3] from the first three of `stride` numbers of each pixel, times exposure. */
+void tone_apply(const struct tone *t, struct pool *pool, const float *linear, size_t n_pixels,
+                size_t stride, float exposure, enum tone_curve curve, uint8_t *out);
 
 #endif

@@ -12,8 +12,7 @@
 enum { NEURAL_SPP = 64, TRACED_SPP = 4096, BUFFER_SPP = 4 };
 
 /* A pass of path tracing at rest takes about so long; so does the first look at a new state. */
-#define PASS_S  0.1
-#define FIRST_S 0.1
+#define PASS_S 0.1
 
 /* What a pixel costs before any was measured, in seconds. */
 #define GUESS_NEURAL 2e-7
@@ -124,7 +123,7 @@ bool easel_is_new(const struct easel *e)
 {
     for (uint32_t i = 0; i < e->wish.n_layers; i++) {
         const enum layer layer = e->wish.layers[i];
-        if (layer != LAYER_ERROR && !e->is_shown[layer] && is_wanted_now(e, layer)) return true;
+        if (layer != LAYER_ERROR && !e->is_shown[layer]) return true;
     }
     return false;
 }
@@ -458,7 +457,7 @@ static lmn_status draw_next(struct easel *e, uint32_t frame, struct easel_result
         if (layer == LAYER_BUFFER) return draw_buffer(e, frame, out);
         if (w->is_moving) return draw_small(e, layer, share_s, frame, out);
         if (layer == LAYER_TRACED && !e->traced.image && first_s > PASS_S)
-            return draw_small(e, layer, FIRST_S, frame, out);
+            return draw_small(e, layer, PASS_S, frame, out);
         return refine(e, layer, frame, out);
     }
     if (is_needed(e, LAYER_ERROR) && is_wanted_now(e, LAYER_ERROR) && e->neural.spp >= 4 &&

@@ -56,7 +56,6 @@ struct session *hall_enter(struct hall *h)
     s->wish.values = calloc(h->n_variables + 1u, sizeof *s->wish.values);
     pthread_mutex_lock(&h->lock);
     if (s->wish.values && h->n_sessions < HALL_SESSIONS) {
-        s->id = ++h->n_ever;
         h->sessions[h->n_sessions++] = s;
         pthread_mutex_unlock(&h->lock);
         return s;

@@ -68,7 +68,6 @@ enum {
 struct easel;
 
 struct session {
-    uint64_t id;
     bool is_gone; /* its socket is closed */
     bool has_wish;
     struct wish wish;
@@ -100,7 +99,6 @@ struct hall {
     struct session *sessions[HALL_SESSIONS];
     uint32_t n_sessions; /* gone ones count until they are freed */
     uint32_t n_variables;
-    uint64_t n_ever;
     atomic_uint n_wishes; /* counts states: work that is not needed at once stops when it moves */
     atomic_bool is_closing;
     bool is_paused, wants_save, wants_stop; /* orders of pages to a training */

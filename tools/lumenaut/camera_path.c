@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "camera_path.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -126,7 +127,10 @@ int camera_path_load(struct camera_path *p, struct app *app, const lmn_scene *sc
     lmn_scene_get_info(scene, &info);
     *p = (struct camera_path){.n_variables = info.n_variables, .fps = 24.0};
     struct reader r = {.app = app, .scene = scene, .file = file, .path = p};
-    json_t *root = json_load_file(file, JSON_REJECT_DUPLICATES, &error);
+    FILE *f = fopen(file, "rb");
+    if (!f) return refuse(&r, "cannot open: %s", strerror(errno));
+    json_t *root = json_loadf(f, JSON_REJECT_DUPLICATES, &error);
+    fclose(f);
     if (!root)
         return error.line > 0 ? app_error(app, EXIT_INPUT, "%s:%d:%d: %s", file, error.line,
                                           error.column, error.text)

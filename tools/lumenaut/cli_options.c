@@ -244,6 +244,20 @@ static void jo_vector(struct json_out *j, const char *key, const double v[3])
     jo_end(j);
 }
 
+void jo_picture(struct json_out *j, const struct picture_args *p, const lmn_image *image,
+                double load_s, double render_s)
+{
+    jo_string(j, "output", p->output);
+    jo_array(j, "size");
+    jo_count(j, NULL, lmn_image_width(image));
+    jo_count(j, NULL, lmn_image_height(image));
+    jo_end(j);
+    jo_count(j, "seed", p->seed);
+    jo_number(j, "render_s", render_s);
+    jo_number(j, "load_s", load_s);
+    jo_count(j, "peak_memory_bytes", app_peak_memory());
+}
+
 void jo_camera(struct json_out *j, const lmn_camera *camera)
 {
     if (!camera) return;

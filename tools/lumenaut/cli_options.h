@@ -55,6 +55,8 @@ const lmn_camera *make_camera(struct app *app, const lmn_scene *scene, const dou
                               const struct picture_args *p, lmn_camera *out, int *code);
 
 /* Members for JSON documents. */
+void jo_picture(struct json_out *j, const struct picture_args *p, const lmn_image *image,
+                double load_s, double render_s);
 void jo_values(struct json_out *j, const lmn_scene *scene, const double *values);
 void jo_camera(struct json_out *j, const lmn_camera *camera); /* NULL: nothing */
 void jo_metrics(struct json_out *j, const char *key, const lmn_metrics *m);

@@ -43,15 +43,7 @@ static void print_json(const struct render_args *a, const lmn_scene *scene, cons
     jo_object(&j, NULL);
     jo_string(&j, "command", "render");
     jo_string(&j, "model", a->common.operands[0]);
-    jo_string(&j, "output", a->picture.output);
-    jo_array(&j, "size");
-    jo_count(&j, NULL, lmn_image_width(image));
-    jo_count(&j, NULL, lmn_image_height(image));
-    jo_end(&j);
-    jo_count(&j, "seed", a->picture.seed);
-    jo_number(&j, "render_s", render_s);
-    jo_number(&j, "load_s", load_s);
-    jo_count(&j, "peak_memory_bytes", app_peak_memory());
+    jo_picture(&j, &a->picture, image, load_s, render_s);
     jo_values(&j, scene, values);
     jo_camera(&j, camera);
     jo_end(&j);

@@ -298,17 +298,35 @@ def check_all(lumenaut, path, has_network):
         step("check_fragments")
         check_fragments(v)
         if has_network:
+            check_error(v, lumenaut, path)
             check_network(v, lumenaut, path)
     assert v.process.returncode == 0, v.process.returncode
 
 
-def check_network(viewer, lumenaut, model):
-    """Error and figures are those of `lumenaut compare`, files those of `lumenaut render`."""
+def check_error(viewer, lumenaut, model):
+    """Figures beside the error map are those of `lumenaut compare` of the same samples."""
     with Client(viewer.port) as c:
-        state = c.state(layers=["neural", "traced", "error"], width=96, height=64)
-        c.frame(state["version"], lambda f: f.layer == 2)
-        metrics = c.text("metrics")
-        assert metrics["version"] == state["version"] and metrics["flip"] > 0 and metrics["mape"] > 0
+        state = c.state(layers=["neural", "traced", "error"], width=96, height=64,
+                        values=[.4, .9, .5, .1, .3, 1])
+        page = {"neural_spp": 0}
+        while page["neural_spp"] < 64:
+            c.frame(state["version"], lambda f: f.layer == 2)
+            page = c.text("metrics")
+    assert page["version"] == state["version"]
+    same = ["-q", "-P", "slide=.4", "-P", "tint=.9,.5,.1", "-P", "gloss=.3", "--size", "96x64", "-o"]
+    subprocess.run([lumenaut, "render", model, *same, "n.exr", "--spp", "64"], check=True, timeout=60)
+    subprocess.run([lumenaut, "trace", SCENE, *same, "t.exr", "--spp", str(page["traced_spp"]),
+                    "--integrator", "path"], check=True, timeout=60)
+    run = subprocess.run([lumenaut, "compare", "n.exr", "t.exr", "--json"], check=True, timeout=60,
+                         capture_output=True, text=True)
+    figures = json.loads(run.stdout)["metrics"]
+    for name in ("mape", "relmse", "flip", "psnr"):  # files keep half the digits
+        assert abs(page[name] - figures[name]) <= 1e-3 * abs(figures[name]), (name, page, figures)
+
+
+def check_network(viewer, lumenaut, model):
+    """Files are those of `lumenaut render`, whose command line the page copies."""
+    with Client(viewer.port) as c:
         camera = dict(c.hello["camera"], origin=[1, 2, 4])
         c.state(values=[.5, .9, .5, .1, .3, 1], camera=camera, width=90, height=60)
         c.send({"type": "capture", "id": 3, "layer": "neural", "format": "png"})

@@ -131,14 +131,23 @@ void hall_ask_capture(struct hall *h, struct session *s, uint32_t id, enum layer
     pthread_mutex_unlock(&h->lock);
 }
 
-void hall_order(struct hall *h, bool is_paused, bool wants_save, bool wants_stop)
+void hall_order(struct hall *h, enum train_action action)
 {
     pthread_mutex_lock(&h->lock);
-    h->is_paused = wants_save ? h->is_paused : is_paused;
-    h->wants_save |= wants_save;
-    h->wants_stop |= wants_stop;
+    if (action != TRAIN_SAVE) h->is_paused = action == TRAIN_PAUSE;
+    h->wants_save |= action == TRAIN_SAVE;
+    h->wants_stop |= action == TRAIN_STOP;
+    h->wants_start |= action == TRAIN_START;
     pthread_cond_signal(&h->news);
     pthread_mutex_unlock(&h->lock);
+}
+
+bool hall_wants_start(struct hall *h)
+{
+    pthread_mutex_lock(&h->lock);
+    const bool wants = h->wants_start;
+    pthread_mutex_unlock(&h->lock);
+    return wants;
 }
 
 double hall_waits_s(struct hall *h, const struct session *s)

@@ -101,8 +101,9 @@ struct hall {
     uint32_t n_variables;
     atomic_uint n_wishes; /* counts states: work that is not needed at once stops when it moves */
     atomic_bool is_closing;
-    bool is_paused, wants_save, wants_stop; /* orders of pages to a training */
-    void (*wake_server)(void *user);        /* from any thread */
+    /* Orders of pages: to a training, and for one. */
+    bool is_paused, wants_save, wants_stop, wants_start;
+    void (*wake_server)(void *user); /* from any thread */
     void *server;
 };
 
@@ -122,7 +123,9 @@ void hall_ask_capture(struct hall *h, struct session *s, uint32_t id, enum layer
                       enum capture_format format);
 
 /* To a training: it goes on, unless it is paused; it is saved, or ends. */
-void hall_order(struct hall *h, bool is_paused, bool wants_save, bool wants_stop);
+enum train_action { TRAIN_START, TRAIN_PAUSE, TRAIN_SAVE, TRAIN_STOP };
+void hall_order(struct hall *h, enum train_action action);
+bool hall_wants_start(struct hall *h);
 
 /* Seconds that a frame has been waiting to be acknowledged; 0: none does. */
 double hall_waits_s(struct hall *h, const struct session *s);

@@ -8,8 +8,6 @@
 
 enum message_kind { MESSAGE_STATE, MESSAGE_ACK, MESSAGE_PIXEL, MESSAGE_CAPTURE, MESSAGE_TRAIN };
 
-enum train_action { TRAIN_START, TRAIN_PAUSE, TRAIN_SAVE, TRAIN_STOP };
-
 struct message {
     enum message_kind kind;
     struct wish wish; /* STATE; its values are the caller's to free */
@@ -24,7 +22,8 @@ struct message {
 /* What can be asked for. */
 struct message_rules {
     uint32_t n_variables;
-    bool has_network, is_orthographic, can_train;
+    bool has_network, is_orthographic;
+    bool can_train, is_training; /* one can be started, or is under way */
 };
 
 enum { MESSAGE_MAX = 65536, MESSAGE_WHY = 200 };
@@ -41,8 +40,10 @@ struct hello {
     lmn_context *context;
     const lmn_scene *scene;
     const char *scene_path, *model_path;      /* model_path NULL: none */
-    const char *const *render, *const *trace; /* words of commands, each list ends with NULL */
+    const char *const *render, *const *trace, *const *train; /* words of commands, each list ends
+                                                                with NULL; NULL: none */
     const char *program;
+    const char *notice; /* NULL: nothing */
 };
 char *message_hello(const struct hello *h, const struct message_rules *rules);
 

@@ -183,7 +183,8 @@ static bool read_train(struct reader *r, struct message *m)
     if (!get_text(r, "action", &action) || !choose(r, "action", action, actions, 4, &index))
         return false;
     m->action = (enum train_action)index;
-    return true;
+    return m->action == TRAIN_START || r->rules->is_training ||
+           refuse(r, "no training is under way");
 }
 
 static bool read_kind(struct reader *r, struct message *m)

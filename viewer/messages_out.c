@@ -161,9 +161,11 @@ char *message_hello(const struct hello *h, const struct message_rules *rules)
     list = json_object();
     json_object_set_new(list, "render", words(h->render));
     json_object_set_new(list, "trace", words(h->trace));
+    json_object_set_new(list, "train", words(h->train));
     json_object_set_new(j, "commands", list);
     json_object_set_new(j, "can_train", json_boolean(rules->can_train));
     json_object_set_new(j, "training", json_null());
+    json_object_set_new(j, "notice", text(h->notice));
     return finish(j);
 }
 

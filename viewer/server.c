@@ -254,8 +254,7 @@ static int take_message(struct server *s, struct lws *wsi, struct seat *seat)
         hall_ask_pixel(s->hall, session, m.id, m.x, m.y);
         break;
     case MESSAGE_TRAIN:
-        hall_order(s->hall, m.action == TRAIN_PAUSE, m.action == TRAIN_SAVE,
-                   m.action == TRAIN_STOP);
+        hall_order(s->hall, m.action);
         break;
     case MESSAGE_CAPTURE:
         hall_ask_capture(s->hall, session, m.id, m.layer, m.format);

@@ -37,7 +37,8 @@ static struct message_rules rules_of(const struct viewer_options *o)
     lmn_scene_get_camera(o->context, o->scene, NULL, &camera);
     return (struct message_rules){.n_variables = info.n_variables,
                                   .has_network = o->model || o->trainer,
-                                  .can_train = o->trainer != NULL,
+                                  .can_train = o->trainer || o->train,
+                                  .is_training = o->trainer != NULL,
                                   .is_orthographic = camera.fov == 0.0};
 }
 
@@ -58,6 +59,8 @@ bool viewer_new(const struct viewer_options *options, struct viewer **out, char 
                                 .model_path = options->model_path,
                                 .render = options->render,
                                 .trace = options->trace,
+                                .train = options->train,
+                                .notice = options->notice,
                                 .program = options->program};
     const struct studio_options studio = {.context = options->context,
                                           .scene = options->scene,
@@ -104,10 +107,17 @@ static void tell_address(const struct viewer *v)
     if (o->on_open) o->on_open(o->user, url, port);
 }
 
-bool viewer_run(struct viewer *v)
+static bool is_over(void *user)
+{
+    struct viewer *v = user;
+    return v->options.must_stop(v->options.user) || hall_wants_start(&v->hall);
+}
+
+enum viewer_end viewer_run(struct viewer *v)
 {
     tell_address(v);
-    return server_run(v->server, v->options.must_stop, v->options.user);
+    if (!server_run(v->server, is_over, v)) return VIEWER_FAILED;
+    return v->options.must_stop(v->options.user) ? VIEWER_STOPPED : VIEWER_TRAIN;
 }
 
 /* ---- Beside a training ----------------------------------------------------------------------- */

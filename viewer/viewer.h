@@ -26,6 +26,9 @@ struct viewer_options {
     lmn_trainer *trainer;   /* both NULL: path tracing only */
     const char *scene_path, *model_path;
     const char *const *render, *const *trace; /* words that begin commands; lists end with NULL */
+    const char *const *train; /* without a trainer: the words of the training that pages may ask
+                                 viewer_run() for, NULL: none */
+    const char *notice;       /* told to each page when it comes; NULL: nothing */
     const char *program;                      /* "lumenaut 0.1.0" */
     const char *bind;                         /* an address of this machine */
     const char *token;                        /* NULL: none is asked for */
@@ -44,8 +47,9 @@ struct viewer;
 bool viewer_new(const struct viewer_options *options, struct viewer **out, char why[VIEWER_WHY]);
 void viewer_free(struct viewer *v);
 
-/* Serves until must_stop() says so. False when the server failed. */
-bool viewer_run(struct viewer *v);
+/* Serves until must_stop() says so, or a page asks for a training. */
+enum viewer_end { VIEWER_FAILED, VIEWER_STOPPED, VIEWER_TRAIN };
+enum viewer_end viewer_run(struct viewer *v);
 
 /* With a trainer, in the place of viewer_run(): serves until viewer_free(). */
 bool viewer_start(struct viewer *v);

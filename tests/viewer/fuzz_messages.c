@@ -110,7 +110,7 @@ static void check(const struct message *m, const char *text, size_t size)
 int main(int argc, char **argv)
 {
     static char text[MOST + 64];
-    const struct message_rules rules = {N_VARIABLES, true, false, true};
+    const struct message_rules rules = {N_VARIABLES, true, false, true, true};
     const double seconds = argc > 1 ? atof(argv[1]) : 2.0, start = hall_clock_s();
     uint64_t n = 0, n_read = 0;
     state = 88172645463325252ull + (argc > 2 ? strtoull(argv[2], NULL, 10) : 0);

@@ -274,6 +274,31 @@ def check_restart(page, viewer, lumenaut, arguments):
     return again
 
 
+def check_training(lumenaut):
+    """A training is started, watched and stopped in the page, and the network stays."""
+    with Viewer(lumenaut, SCENE) as viewer, Page(viewer.url) as page:
+        page.wait("connected", "document.getElementById('status').dataset.state === 'open'")
+        page.settle()
+        assert page.run("return document.querySelector('input[value=neural]').disabled")
+        page.tab("training")
+        assert page.find("#training-command").text == f"lumenaut train {SCENE} -o box.lmn --view"
+        page.click("#train-start")
+        running = "document.getElementById('training-state').textContent === 'Running'"
+        page.wait("running", running)
+        page.wait("steps", "Number(document.querySelector('[data-training=step]').textContent) > 3")
+        assert page.run("return document.querySelector('input[value=neural]').checked")
+        page.wait("where it learns", "document.querySelectorAll('#states-plot .state').length > 3")
+        page.press(page.find("#states-list"), Keys.HOME, Keys.ARROW_DOWN, Keys.ENTER)
+        page.click("#train-pause")
+        page.wait("paused", "document.getElementById('training-state').textContent === 'Paused'")
+        page.click("#train-start")
+        page.wait("running again", running)
+        page.click("#train-stop")
+        page.wait("the model", "document.getElementById('training-command').textContent.includes('--resume')")
+        page.settle()
+        assert page.run("return document.title").startswith("box.lmn") and os.path.exists("box.lmn")
+
+
 def check_widths(url):
     """No sideways scrolling at any width, light and dark."""
     for width, is_dark in ((500, False), (1280, True), (2560, False)):
@@ -323,6 +348,8 @@ def main():
                 viewer = check_restart(page, viewer, lumenaut, ["m.lmn"])
             step("check_widths")
             check_widths(viewer.url)
+            step("check_training")
+            check_training(lumenaut)
         finally:
             viewer.process.terminate()
             viewer.process.communicate(timeout=20)

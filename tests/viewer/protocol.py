@@ -181,7 +181,7 @@ def check_questions(viewer, has_network):
 
 BAD = ["", "{", "[]", "3", "null", '"state"', '{"type":3}', '{"type":"nothing"}', '{"type":"ack"}',
        '{"type":"ack","frame":-1}', '{"type":"ack","frame":1.5}', '{"type":"pixel","id":1,"x":1}',
-       '{"type":"train","action":"start"}', '{"type":"ack","frame":1,"frame":2}',
+       '{"type":"train","action":"pause"}', '{"type":"ack","frame":1,"frame":2}',
        '{"type":"capture","id":1,"layer":"x","format":"png"}', '{"type":"pixel","id":1,"x":5000,"y":1}']
 
 

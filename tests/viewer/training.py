@@ -6,12 +6,21 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import time
 
 from client import Client, Closed, Viewer
 
 ROOT = pathlib.Path(__file__).parents[2]
 SCENE = str(ROOT / "tests/cli/scenes/box.xml")
 SMALL = ["--width", "16", "--depth", "1", "--spp", "4", "--memory", "8", "--eval-every", "never"]
+
+
+def drain(client):
+    try:
+        while True:
+            client.receive()
+    except (Closed, ConnectionError):
+        pass
 
 
 def check_told(client):
@@ -49,11 +58,7 @@ def check_orders(client):
     client.send({"type": "train", "action": "start"})
     client.text("training", lambda t: t["running"] and t["step"] > paused["step"])
     client.send({"type": "train", "action": "stop"})
-    try:
-        while True:
-            client.receive()
-    except (Closed, ConnectionError):
-        pass
+    drain(client)
 
 
 def check_same_bytes(lumenaut):
@@ -73,6 +78,64 @@ def check_same_bytes(lumenaut):
     assert pathlib.Path("alone.lmn").read_bytes() == pathlib.Path("seen.lmn").read_bytes()
 
 
+def come_back(port, where, path, seconds=60):
+    """A session of the first viewer at this port whose hello fits."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        try:
+            client = Client(port, path, timeout=20)
+            if where(client.hello):
+                return client
+            client.socket.close()
+        except (Closed, OSError):
+            pass
+        time.sleep(0.1)
+    raise TimeoutError
+
+
+def check_started(lumenaut):
+    """From a scene to a training to its model, and on, at one address."""
+    def is_training(hello):
+        return hello["can_train"] and hello["commands"]["train"] is None
+
+    with Viewer(lumenaut, SCENE, "--bind", "127.0.0.1", "--token", "t-1") as v:
+        path = "/socket?token=t-1"
+        first = come_back(v.port, lambda hello: True, path)
+        command = first.hello["commands"]["train"]
+        assert command == ["lumenaut", "train", SCENE, "-o", "box.lmn", "--view"], command
+        assert first.hello["model"] is None and "neural" not in first.hello["layers"]
+        first.send({"type": "train", "action": "pause"})
+        assert "under way" in first.text("error")["message"]
+        # What cannot be trained is told, and the scene is shown as before.
+        os.mkdir("box.lmn")
+        first.send({"type": "train", "action": "start"})
+        drain(first)
+        second = come_back(v.port, lambda hello: hello["notice"], path)
+        assert "failed" in second.hello["notice"] and second.hello["model"] is None
+        os.rmdir("box.lmn")
+        second.send({"type": "train", "action": "start"})
+        drain(second)
+        with come_back(v.port, is_training, path) as c:
+            steps = c.text("training", lambda t: t["step"] > 3)["step"]
+            state = c.state(layers=["neural"])
+            c.frame(state["version"])
+            c.send({"type": "train", "action": "stop"})
+            drain(c)
+        with come_back(v.port, lambda hello: hello["model"], path) as c:
+            assert c.hello["model"] == "box.lmn" and c.hello["notice"] is None
+            c.frame(c.state(layers=["neural"])["version"])
+            command = c.hello["commands"]["train"]
+            assert command[:6] == ["lumenaut", "train", SCENE, "-o", "box.lmn", "--resume"], command
+            c.send({"type": "train", "action": "start"})
+            drain(c)
+        with come_back(v.port, is_training, path) as c:
+            assert c.text("training")["step"] >= steps
+            c.send({"type": "train", "action": "stop"})
+            drain(c)
+        come_back(v.port, lambda hello: hello["model"], path).socket.close()
+    assert v.process.returncode == 0, v.process.returncode
+
+
 def main():
     lumenaut = os.path.abspath(sys.argv[1])
     with tempfile.TemporaryDirectory() as folder:
@@ -83,6 +146,7 @@ def main():
                 check_orders(c)
             assert v.process.wait(60) == 0
         check_same_bytes(lumenaut)
+        check_started(lumenaut)
     return 0
 
 

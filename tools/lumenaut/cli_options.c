@@ -244,6 +244,22 @@ static void jo_vector(struct json_out *j, const char *key, const double v[3])
     jo_end(j);
 }
 
+void scene_name(const char *path, char *out, size_t size)
+{
+    const char *slash = strrchr(path, '/'), *start = slash ? slash + 1 : path;
+    const char *end = path + strlen(path);
+    if (slash && strcmp(start, "scene.xml") == 0) { /* the folder says what it is */
+        end = start = slash;
+        while (start > path && start[-1] != '/') start--;
+    }
+    size_t n = (size_t)(end - start);
+    if (n > 4 && strncmp(start + n - 4, ".xml", 4) == 0) n -= 4;
+    snprintf(out, size, "%.*s", (int)n, start);
+    for (char *c = out; *c; c++)
+        if (strchr(" :,*?\"'\\", *c)) *c = '_';
+    if (out[0] == '\0' || out[0] == '.') snprintf(out, size, "scene");
+}
+
 void jo_picture(struct json_out *j, const struct picture_args *p, const lmn_image *image,
                 double load_s, double render_s)
 {

@@ -44,6 +44,9 @@ extern const struct arg_option picture_options[16];
 /* Loads a scene as the arguments say. Returns an exit code; *out is the caller's to free. */
 int load_scene(struct app *app, const char *path, const struct scene_args *args, lmn_scene **out);
 
+/* What to call a scene: "scenes/demo/scene.xml" demo, "scenes/box.xml" box. */
+void scene_name(const char *path, char *out, size_t size);
+
 /* An array of the scene's variables with every -P applied; free() it. NULL after saying why, with
  * the exit code in *code. */
 double *make_values(struct app *app, const lmn_scene *scene, const struct arg_list *assignments,

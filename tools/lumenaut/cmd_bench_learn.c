@@ -105,23 +105,6 @@ void learn_args_init(struct learn_args *a)
     a->reference_spp = 4096;
 }
 
-/* "scenes/demo/scene.xml" -> "demo", "scenes/box.xml" -> "box" */
-static void name_scene(const char *path, char out[LEARN_NAME])
-{
-    const char *slash = strrchr(path, '/'), *start = slash ? slash + 1 : path;
-    const char *end = path + strlen(path);
-    if (slash && strcmp(start, "scene.xml") == 0) { /* the folder says what it is */
-        end = start = slash;
-        while (start > path && start[-1] != '/') start--;
-    }
-    size_t n = (size_t)(end - start);
-    if (n > 4 && strncmp(start + n - 4, ".xml", 4) == 0) n -= 4;
-    snprintf(out, LEARN_NAME, "%.*s", (int)n, start);
-    for (char *c = out; *c; c++)
-        if (strchr(" :,*?\"'\\", *c)) *c = '_';
-    if (out[0] == '\0' || out[0] == '.') snprintf(out, LEARN_NAME, "scene");
-}
-
 static int check(struct app *app, struct learn_args *a, const struct scene_args *scene_args,
                  uint32_t n_paths)
 {
@@ -192,7 +175,7 @@ static int open_scenes(struct learn_results *r, const struct scene_args *scene_a
     for (uint32_t i = 0; code == EXIT_OK && i < r->n_scenes; i++) {
         struct learn_scene *s = &r->scenes[i];
         s->path = paths[i];
-        name_scene(paths[i], s->name);
+        scene_name(paths[i], s->name, sizeof s->name);
         for (uint32_t k = 0; k < i && code == EXIT_OK; k++)
             if (strcmp(r->scenes[k].name, s->name) == 0)
                 code = app_error(r->app, EXIT_USAGE, "%s and %s: both scenes would be called %s",

@@ -41,39 +41,60 @@ static bool locate(const char *path, const char *beside, char *out, size_t size)
     return access(out, R_OK) == 0;
 }
 
-static int use_info(struct app *app, const char *model, const char *override,
-                    const struct scene_args *extra, const lmn_model_info *info, lmn_scene **out)
+static void add_defines(struct scene_args *args, const char *const *defines, uint32_t n)
 {
-    char scene[4096], variables[4096];
-    struct scene_args args = {0};
+    for (uint32_t i = 0; i < n && args->defines.n < ARG_LIST_MAX; i++)
+        args->defines.items[args->defines.n++] = defines[i];
+}
+
+/* The rest of *out, whose info is there. */
+static int use_info(struct app *app, const char *model, const char *override,
+                    const struct scene_args *extra, struct model_scene *out)
+{
+    const lmn_model_info *info = &out->info;
     if (override)
-        snprintf(scene, sizeof scene, "%s", override);
-    else if (!locate(info->scene_path, model, scene, sizeof scene))
+        snprintf(out->path, sizeof out->path, "%s", override);
+    else if (!locate(info->scene_path, model, out->path, sizeof out->path))
         return app_error(app, EXIT_INPUT, "%s: its scene %s is not there; give --scene FILE", model,
                          info->scene_path);
     if (extra && extra->variables) {
-        args.variables = extra->variables;
+        out->args.variables = extra->variables;
     } else if (info->variables_path[0]) {
-        if (!locate(info->variables_path, model, variables, sizeof variables))
+        if (!locate(info->variables_path, model, out->variables, sizeof out->variables))
             return app_error(app, EXIT_INPUT, "%s: its variables file %s is not there", model,
                              info->variables_path);
-        args.variables = variables;
+        out->args.variables = out->variables;
     }
-    for (uint32_t i = 0; i < info->n_defines && args.defines.n < ARG_LIST_MAX; i++)
-        args.defines.items[args.defines.n++] = info->defines[i];
-    for (uint32_t i = 0; extra && i < extra->defines.n && args.defines.n < ARG_LIST_MAX; i++)
-        args.defines.items[args.defines.n++] = extra->defines.items[i];
-    return load_scene(app, scene, &args, out);
+    add_defines(&out->args, (const char *const *)info->defines, info->n_defines);
+    if (extra) add_defines(&out->args, extra->defines.items, extra->defines.n);
+    return EXIT_OK;
+}
+
+int find_model_scene(struct app *app, const char *model, const char *override,
+                     const struct scene_args *extra, struct model_scene *out)
+{
+    memset(out, 0, sizeof *out);
+    const lmn_status status = lmn_model_read_info(app->context, model, &out->info);
+    if (status != LMN_OK) return app_failed(app, status, BLAME_INPUT);
+    const int code = use_info(app, model, override, extra, out);
+    if (code != EXIT_OK) model_scene_release(out);
+    return code;
+}
+
+void model_scene_release(struct model_scene *s)
+{
+    lmn_model_info_free(&s->info);
+    memset(s, 0, sizeof *s);
 }
 
 int load_model_scene(struct app *app, const char *model, const char *override,
                      const struct scene_args *extra, lmn_scene **out)
 {
-    lmn_model_info info = {0};
-    const lmn_status status = lmn_model_read_info(app->context, model, &info);
-    if (status != LMN_OK) return app_failed(app, status, BLAME_INPUT);
-    const int code = use_info(app, model, override, extra, &info, out);
-    lmn_model_info_free(&info);
+    struct model_scene found;
+    int code = find_model_scene(app, model, override, extra, &found);
+    if (code != EXIT_OK) return code;
+    code = load_scene(app, found.path, &found.args, out);
+    model_scene_release(&found);
     return code;
 }
 

@@ -16,9 +16,19 @@ extern const struct arg_option model_options[2];
 /* By name (.lmn) or by content; false for what cannot be read. */
 bool is_model_file(const char *path);
 
-/* The scene that a model was trained on: `override` when not NULL; else the path in the model, as
- * it is, or from the model's folder. extra's defines come after the model's own; extra may be NULL.
- * Returns an exit code. */
+/* The files of the scene that a model was trained on: `override` when not NULL; else the path in
+ * the model, as it is, or from the model's folder. extra's defines come after the model's own;
+ * extra may be NULL. Returns an exit code. */
+struct model_scene {
+    lmn_model_info info; /* owned, and what args points to */
+    char path[4096], variables[4096];
+    struct scene_args args;
+};
+int find_model_scene(struct app *app, const char *model, const char *override,
+                     const struct scene_args *extra, struct model_scene *out);
+void model_scene_release(struct model_scene *s);
+
+/* The scene of them. */
 int load_model_scene(struct app *app, const char *model, const char *override,
                      const struct scene_args *extra, lmn_scene **out);
 

@@ -78,8 +78,9 @@ static void open_browser(struct app *app, const char *url)
 
 static void on_open(void *user, const char *url, uint16_t port)
 {
-    const struct view_host *h = user;
+    struct view_host *h = user;
     char name[256] = "HOST";
+    h->port = port;
     app_say(h->app, "%s", url);
     if (is_local(address_of(h->args))) {
         if (gethostname(name, sizeof name - 1) != 0 || !*name) snprintf(name, sizeof name, "HOST");
@@ -109,7 +110,7 @@ static bool make_token(char token[33])
     return true;
 }
 
-static void add_words(struct view_words *w, const char *option, const char *value)
+void view_words_add(struct view_words *w, const char *option, const char *value)
 {
     w->list[w->n++] = option;
     if (value) w->list[w->n++] = value;
@@ -118,21 +119,21 @@ static void add_words(struct view_words *w, const char *option, const char *valu
 void view_words_render(struct view_words *w, const char *model, const char *scene, bool is_forced)
 {
     *w = (struct view_words){0};
-    add_words(w, "lumenaut", "render");
-    add_words(w, model, NULL);
-    if (scene) add_words(w, "--scene", scene);
-    if (is_forced) add_words(w, "--force", NULL);
-    add_words(w, "-o", "picture.png");
+    view_words_add(w, "lumenaut", "render");
+    view_words_add(w, model, NULL);
+    if (scene) view_words_add(w, "--scene", scene);
+    if (is_forced) view_words_add(w, "--force", NULL);
+    view_words_add(w, "-o", "picture.png");
 }
 
 void view_words_trace(struct view_words *w, const char *scene, const struct scene_args *args)
 {
     *w = (struct view_words){0};
-    add_words(w, "lumenaut", "trace");
-    add_words(w, scene, NULL);
-    for (uint32_t i = 0; i < args->defines.n; i++) add_words(w, "-D", args->defines.items[i]);
-    if (args->variables) add_words(w, "--variables", args->variables);
-    add_words(w, "-o", "picture.exr");
+    view_words_add(w, "lumenaut", "trace");
+    view_words_add(w, scene, NULL);
+    for (uint32_t i = 0; i < args->defines.n; i++) view_words_add(w, "-D", args->defines.items[i]);
+    if (args->variables) view_words_add(w, "--variables", args->variables);
+    view_words_add(w, "-o", "picture.exr");
 }
 
 int view_host_open(struct view_host *h, struct app *app, const struct view_args *a,

@@ -19,6 +19,7 @@ struct view_host {
     struct app *app;
     const struct view_args *args;
     struct viewer *viewer; /* NULL: not open */
+    uint16_t port;         /* once it is open */
     char token[33];        /* a random one */
 };
 
@@ -29,6 +30,7 @@ struct view_words {
 };
 void view_words_render(struct view_words *w, const char *model, const char *scene, bool is_forced);
 void view_words_trace(struct view_words *w, const char *scene, const struct scene_args *args);
+void view_words_add(struct view_words *w, const char *option, const char *value);
 
 /* What --port and the others say is wrong with them; before anything takes long. */
 int view_args_check(struct app *app, const struct view_args *a);

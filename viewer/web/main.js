@@ -72,6 +72,7 @@ function greet(hello) {
     drawCommand();
     drawHistory();
     session.greet();
+    if (hello.notice) toast(hello.notice, true);
 }
 
 connection.addEventListener('message', ({ detail: message }) => {

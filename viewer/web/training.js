@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The training's tab: what it does, how far it is, where in the space of values it learns. */
 import { $, h, onceAFrame } from './dom.js';
-import { seconds, short } from './format.js';
+import { quote, seconds, short } from './format.js';
 import { describe, lossPlot, lossTable, statesPlot } from './plots.js';
 
 const MOST_POINTS = 800; /* more are thinned out: the curve keeps its shape */
@@ -14,6 +14,7 @@ export class Training {
     #states = [];
     #chosen = -1;
     #canTrain = false;
+    #isComing = false; /* the training that was asked for: its pictures are wanted */
 
     constructor(connection, store, tabs) {
         this.#store = store;
@@ -21,6 +22,7 @@ export class Training {
         for (const button of document.querySelectorAll('[data-train]')) {
             button.addEventListener('click', () => {
                 if (button.getAttribute('aria-disabled') === 'true') return;
+                this.#isComing = Boolean(store.hello.commands.train);
                 connection.send({ type: 'train', action: button.dataset.train });
             });
         }
@@ -42,12 +44,18 @@ export class Training {
     }
 
     greet() {
-        const { can_train: canTrain, training } = this.#store.hello;
+        const { can_train: canTrain, training, commands } = this.#store.hello;
         this.#canTrain = Boolean(canTrain);
         this.#last = null;
         this.#history = [];
         this.#states = [];
+        if (this.#isComing && this.#store.hello.layers.includes('neural')) {
+            this.#store.change({ view: { mode: 'neural' } });
+        }
+        this.#isComing = false;
         this.#tabs.setPresent('training', this.#canTrain || training !== null);
+        $('training-start').hidden = !commands.train;
+        $('training-command').textContent = (commands.train ?? []).map(quote).join(' ');
         if (training) this.#take(training);
         else this.#draw();
     }

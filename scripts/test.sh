@@ -66,6 +66,8 @@ house_rules() {
     check "rules: scripts" sh scripts/checks/scripts.sh
 }
 
+[ "$mode" = --lint ] || sh scripts/axe.sh
+
 case $mode in
 --lint)
     house_rules

@@ -299,6 +299,39 @@ def check_training(lumenaut):
         assert page.run("return document.title").startswith("box.lmn") and os.path.exists("box.lmn")
 
 
+def check_orthographic(lumenaut):
+    """There, nearer is narrower."""
+    with Viewer(lumenaut, str(ROOT / "scenes/tests/orthographic.xml")) as viewer, Page(viewer.url) as page:
+        page.wait("connected", "document.getElementById('status').dataset.state === 'open'")
+        page.mode("buffer")
+        page.tab("camera")
+        before = page.settle()
+        width = "return document.querySelector('[data-fact=kind] dd').textContent"
+        kind, words = page.run(width).split(", ")
+        page.press(page.find("#stage"), "+", "+", "+", "+")
+        assert page.settle() != before, "zooming changes nothing"
+        assert kind == "Orthographic"
+        assert float(page.run(width).split()[1]) < 0.9 * float(words.split()[0])
+        page.press(page.find("#stage"), "0")
+        assert page.settle() == before
+
+
+def check_many(lumenaut):
+    """Among the controls of 25 variables one is found by its words."""
+    with Viewer(lumenaut, str(ROOT / "scenes/pocket/scene.xml")) as viewer, Page(viewer.url) as page:
+        page.wait("connected", "document.getElementById('status').dataset.state === 'open'")
+        page.mode("buffer")
+        page.settle()
+        shown = ("return [...document.querySelectorAll('#controls > .control')].filter(e => !e.hidden)"
+                 ".map(e => e.dataset.group)")
+        everything = page.run(shown)
+        assert len(everything) > 8
+        page.press(page.find("#find"), "chest tur")
+        assert page.run(shown) == ["chest_turn"], page.run(shown)
+        page.press(page.find("#find"), *[Keys.BACKSPACE] * 9)
+        assert page.run(shown) == everything
+
+
 def check_widths(url):
     """No sideways scrolling at any width, light and dark."""
     for width, is_dark in ((500, False), (1280, True), (2560, False)):
@@ -350,6 +383,10 @@ def main():
             check_widths(viewer.url)
             step("check_training")
             check_training(lumenaut)
+            step("check_orthographic")
+            check_orthographic(lumenaut)
+            step("check_many")
+            check_many(lumenaut)
         finally:
             viewer.process.terminate()
             viewer.process.communicate(timeout=20)

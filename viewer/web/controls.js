@@ -3,10 +3,12 @@
 import { $, h, icon, iconButton, onceAFrame } from './dom.js';
 import { isDiscrete, title } from './format.js';
 import { fromHex, toHex } from './color.js';
+import { announce } from './notice.js';
 import { holdWhileDown, makeNumber, makeRange } from './slider.js';
 import { layPad, makePad } from './pad.js';
 
 const RADIOS = 4; /* more choices than this become a list */
+const MANY = 8; /* controls that are more than these can be searched */
 
 /* Variables of one group and kind belong together; order is that of the scene. An object that both
  * moves and turns makes two controls. */
@@ -27,6 +29,7 @@ function labelOf({ name, indices }, variables) {
     return title(variables[indices[0]].name.replaceAll('.', ' '));
 }
 
+const wordsOf = text => text.toLowerCase().split(/[\s_.,]+/).filter(Boolean);
 const lastPart = name => title(name.split('.').pop());
 
 export class Controls {
@@ -45,6 +48,7 @@ export class Controls {
         });
         $('randomise').addEventListener('click', () => this.randomise());
         $('reset-all').addEventListener('click', () => store.resetAll());
+        $('find').addEventListener('input', () => this.#find());
     }
 
     build() {
@@ -54,6 +58,22 @@ export class Controls {
         if (this.#groups.length === 0) {
             this.#root.append(h('p', { class: 'soft' }, 'This scene declares no variables.'));
         }
+        $('find').hidden = this.#groups.length <= MANY;
+        $('find').value = '';
+    }
+
+    /* Shows those that have words which begin with all that are looked for. */
+    #find() {
+        const wanted = wordsOf($('find').value);
+        let n = 0;
+        this.#groups.forEach((group, k) => {
+            const variables = group.indices.map(i => this.#store.variables[i]);
+            const words = wordsOf(variables.map(v => `${v.name} ${v.description}`).join(' '));
+            const isFound = wanted.every(start => words.some(word => word.startsWith(start)));
+            this.#root.children[k].hidden = !isFound;
+            n += isFound;
+        });
+        announce(`${n} of ${this.#groups.length} controls`);
     }
 
     randomise() {

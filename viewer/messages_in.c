@@ -85,7 +85,7 @@ static bool read_camera(struct reader *r, struct wish *w)
     const json_t *from = json_object_get(r->root, "camera");
     if (json_is_null(from)) return true;
     if (!json_is_object(from)) return refuse(r, "\"camera\" must be an object or null");
-    const double most = r->rules->is_orthographic ? 0.0 : 179.999;
+    const double most = r->rules->is_orthographic ? 1e12 : 179.999;
     w->has_camera = true;
     return read_vector(r, from, "origin", w->camera.origin) &&
            read_vector(r, from, "target", w->camera.target) &&

@@ -32,14 +32,12 @@ enum { PAUSED_MS = 50 };
 static struct message_rules rules_of(const struct viewer_options *o)
 {
     lmn_scene_info info;
-    lmn_camera camera = {.fov = 1};
     lmn_scene_get_info(o->scene, &info);
-    lmn_scene_get_camera(o->context, o->scene, NULL, &camera);
     return (struct message_rules){.n_variables = info.n_variables,
                                   .has_network = o->model || o->trainer,
                                   .can_train = o->trainer || o->train,
                                   .is_training = o->trainer != NULL,
-                                  .is_orthographic = camera.fov == 0.0};
+                                  .is_orthographic = info.orthographic != 0};
 }
 
 bool viewer_new(const struct viewer_options *options, struct viewer **out, char why[VIEWER_WHY])

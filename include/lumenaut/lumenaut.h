@@ -187,7 +187,8 @@ typedef struct lmn_scene_info {
     uint32_t width, height, spp; /* as the scene declares them */
     int32_t max_depth, rr_depth; /* max_depth -1: unlimited */
     float bounds_min[3], bounds_max[3];
-    uint64_t hash; /* changes with anything that changes an image */
+    uint32_t orthographic; /* 1: its camera is */
+    uint64_t hash;         /* changes with anything that changes an image */
 } lmn_scene_info;
 
 LMN_API void lmn_scene_get_info(const lmn_scene *scene, lmn_scene_info *out);
@@ -235,7 +236,8 @@ LMN_API void lmn_scene_random_values(const lmn_scene *scene, uint64_t seed, uint
 /* Where a picture is seen from; kind, film and lens stay those of the scene's camera. */
 typedef struct lmn_camera {
     double origin[3], target[3], up[3]; /* scene units; up: any direction not along the view */
-    double fov; /* degrees, along the axis that the scene gives; orthographic cameras: 0 */
+    double fov; /* degrees, along the axis that the scene gives; orthographic cameras: the width of
+                   their film, scene units */
 } lmn_camera;
 
 /* The camera of a configuration. A scene says where it looks to, not how far: the target is as far

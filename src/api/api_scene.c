@@ -103,6 +103,7 @@ void lmn_scene_get_info(const lmn_scene *scene, lmn_scene_info *out)
                             .width = s->settings.width,
                             .height = s->settings.height,
                             .spp = s->settings.spp,
+                            .orthographic = s->defaults.sensor.kind == SENSOR_ORTHOGRAPHIC,
                             .max_depth = s->settings.max_depth,
                             .rr_depth = s->settings.rr_depth,
                             .bounds_min = {s->bounds.min.x, s->bounds.min.y, s->bounds.min.z},

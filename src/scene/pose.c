@@ -23,7 +23,7 @@ struct pose pose_of_sensor(const struct sensor *s, const struct bounds *scene)
         .origin = origin,
         .target = vec3_madd(origin, ahead, distance),
         .up = vec3_normalize(transform_vector(&s->to_world, vec3(0.0f, 1.0f, 0.0f))),
-        .fov = s->kind == SENSOR_ORTHOGRAPHIC ? 0.0f : s->fov};
+        .fov = s->kind == SENSOR_ORTHOGRAPHIC ? 2.0f * s->scale_x : s->fov};
 }
 
 lmn_status pose_check(const struct pose *p, const struct sensor *s, struct error *err)
@@ -39,8 +39,9 @@ lmn_status pose_check(const struct pose *p, const struct sensor *s, struct error
         !(vec3_length(vec3_cross(vec3_normalize(p->up), vec3_scale(view, 1.0f / length))) >
           LEAST_SINE))
         return fail(err, LMN_ERR_ARGUMENT, "camera: up is along the view, or zero");
-    if (s->kind == SENSOR_ORTHOGRAPHIC && p->fov != 0.0f)
-        return fail(err, LMN_ERR_ARGUMENT, "camera: fov %g: an orthographic camera has none",
+    if (s->kind == SENSOR_ORTHOGRAPHIC && !(p->fov >= 1e-9f && p->fov <= 1e12f))
+        return fail(err, LMN_ERR_ARGUMENT,
+                    "camera: fov %g: of this orthographic camera a width, from 1e-9 to 1e12",
                     (double)p->fov);
     if (s->kind != SENSOR_ORTHOGRAPHIC && !(p->fov > 0.0f && p->fov < 180.0f))
         return fail(err, LMN_ERR_ARGUMENT, "camera: fov %g: more than 0 and less than 180 degrees",
@@ -54,5 +55,10 @@ void pose_apply(const struct pose *p, struct sensor *s)
     const bool is_mirrored = transform_flips(&s->to_world);
     s->to_world = transform_look_at(p->origin, p->target, vec3_normalize(p->up));
     if (is_mirrored) s->to_world = transform_mul(&s->to_world, &mirror);
-    if (s->kind != SENSOR_ORTHOGRAPHIC) s->fov = p->fov;
+    if (s->kind != SENSOR_ORTHOGRAPHIC) {
+        s->fov = p->fov;
+    } else if (p->fov != 2.0f * s->scale_x) { /* a film keeps its proportions */
+        s->scale_y *= 0.5f * p->fov / s->scale_x;
+        s->scale_x = 0.5f * p->fov;
+    }
 }

@@ -7,7 +7,7 @@
 /* Where a camera stands and looks: what a viewer moves. Kind, film and lens stay the sensor's. */
 struct pose {
     struct vec3 origin, target, up; /* world space; up: any direction not along the view */
-    float fov;                      /* degrees along the sensor's axis; orthographic: 0 */
+    float fov; /* degrees along the sensor's axis; orthographic: the film's width, world space */
 };
 
 /* The sensor's own. It says where it looks to, not how far: the target is as far away as the middle

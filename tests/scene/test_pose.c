@@ -19,6 +19,8 @@ static struct sensor sensor_at(struct vec3 origin, struct vec3 target, struct ve
     return (struct sensor){.kind = SENSOR_PERSPECTIVE,
                            .to_world = transform_look_at(origin, target, up),
                            .fov = 40,
+                           .scale_x = 1.5f,
+                           .scale_y = 0.75f,
                            .focus_distance = 7};
 }
 
@@ -50,11 +52,17 @@ static void poses_come_back(void **state)
         moved.to_world = transform_look_at(vec3(9, 9, 9), vec3(0, 0, 0), vec3(0, 1, 0));
         if (i >= 9) moved.to_world = transform_mul(&moved.to_world, &mirror);
         moved.fov = 80;
+        moved.scale_x = 4;
+        moved.scale_y = 2;
         pose_apply(&p, &again);
         pose_apply(&p, &moved);
         assert_same(&again.to_world, &s.to_world);
         assert_same(&moved.to_world, &s.to_world);
-        assert_true(moved.fov == (s.kind == SENSOR_ORTHOGRAPHIC ? 80.0f : 40.0f));
+        const bool is_flat = s.kind == SENSOR_ORTHOGRAPHIC;
+        assert_true(moved.fov == (is_flat ? 80.0f : 40.0f));
+        assert_true(moved.scale_x == (is_flat ? 1.5f : 4.0f));
+        assert_true(moved.scale_y == (is_flat ? 0.75f : 2.0f));
+        assert_true(again.scale_x == s.scale_x && again.scale_y == s.scale_y);
         assert_int_equal(transform_flips(&moved.to_world), i >= 9);
     }
 }
@@ -104,10 +112,11 @@ static void impossible_cameras_are_refused(void **state)
     }
     assert_int_equal(pose_check(&p, &s, &err), LMN_OK);
     flat.kind = SENSOR_ORTHOGRAPHIC;
+    p.fov = 400;
+    assert_int_equal(pose_check(&p, &flat, &err), LMN_OK);
+    p.fov = 0;
     assert_int_equal(pose_check(&p, &flat, &err), LMN_ERR_ARGUMENT);
     assert_non_null(strstr(err.text, "orthographic"));
-    p.fov = 0;
-    assert_int_equal(pose_check(&p, &flat, &err), LMN_OK);
 }
 
 int main(void)

@@ -11,6 +11,9 @@
 
 enum { MOST_KEYS = 10000, MOST_FRAMES = 1000000 };
 
+/* Curves may swing out. */
+#define LEAST_FOV 1e-3
+
 /* A file being read. */
 struct reader {
     struct app *app;
@@ -125,7 +128,8 @@ int camera_path_load(struct camera_path *p, struct app *app, const lmn_scene *sc
     lmn_scene_info info;
     int code = EXIT_OK;
     lmn_scene_get_info(scene, &info);
-    *p = (struct camera_path){.n_variables = info.n_variables, .fps = 24.0};
+    *p = (struct camera_path){
+        .n_variables = info.n_variables, .fps = 24.0, .most_fov = info.orthographic ? 1e12 : 179.0};
     struct reader r = {.app = app, .scene = scene, .file = file, .path = p};
     FILE *f = fopen(file, "rb");
     if (!f) return refuse(&r, "cannot open: %s", strerror(errno));
@@ -223,6 +227,6 @@ const lmn_camera *camera_path_at(const struct camera_path *p, const lmn_scene *s
         camera->target[k] = along(p, at, 3 + k);
         camera->up[k] = along(p, at, 6 + k);
     }
-    camera->fov = fmin(fmax(along(p, at, 9), 0.0), 179.0);
+    camera->fov = fmin(fmax(along(p, at, 9), LEAST_FOV), p->most_fov);
     return camera;
 }

@@ -12,8 +12,8 @@
  *
  *   {"lumenaut_path": 1, "fps": 24, "keys": [
  *     {"time": 0, "values": {"door": 0.5}, "camera": null},
- *     {"time": 2, "values": {}, "camera": {"origin": [..], "target": [..], "up": [..], "fov":
- * 40}}]}
+ *     {"time": 2, "values": {}, "camera":
+ *         {"origin": [..], "target": [..], "up": [..], "fov": 40}}]}
  *
  * What a key leaves out is the scene's default; a camera of null is the one that its values give.
  */
@@ -29,6 +29,7 @@ struct camera_path {
     uint32_t n_keys, n_variables;
     double fps;
     bool has_cameras; /* some key has one: then pictures have, too */
+    double most_fov;
 };
 
 /* Returns an exit code after saying why. */

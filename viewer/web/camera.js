@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Cameras and how they move: {origin, target, up, fov}, all functions return new ones. */
+/* Cameras and how they move: {origin, target, up, fov}, all functions return new ones. Of an
+ * orthographic camera `fov` is the width that it sees. */
 import { add, cross, distance, dot, length, madd, nearestAxis, normalize, scale, sub, turn }
     from './vec.js';
 import { clamp } from './format.js';
@@ -90,15 +91,17 @@ export function move(camera, offset) {
 /* By shares of the picture's width: what is under the pointer stays there. */
 export function pan(camera, du, dv, hello) {
     const { right, up } = basis(camera);
-    const wide = camera.fov > 0
-        ? 2 * distance(camera.origin, camera.target) * Math.tan(camera.fov * Math.PI / 360)
-        : diagonal(hello) * 0.7;
+    const wide = hello.orthographic ? camera.fov
+        : 2 * distance(camera.origin, camera.target) * Math.tan(camera.fov * Math.PI / 360);
     return move(camera, add(scale(right, -du * wide), scale(up, dv * wide)));
 }
 
-/* Nearer to the target, or farther. */
+/* Nearer to the target, or farther; how far away it is changes nothing of an orthographic picture. */
 export function zoom(camera, factor, hello) {
     const size = diagonal(hello);
+    if (hello.orthographic) {
+        return { ...camera, fov: clamp(camera.fov * factor, size * 1e-3, size * 20) };
+    }
     const d = sub(camera.origin, camera.target);
     const r = clamp(length(d) * factor, size * 1e-3, size * 20);
     return { ...camera, origin: madd(camera.target, normalize(d), r) };
@@ -111,14 +114,14 @@ export function namedView(name, hello) {
     const front = Math.abs(w[1]) > 0.5 ? [0, 0, 1] : Math.abs(w[2]) > 0.5 ? [0, -1, 0] : [0, 0, 1];
     const right = cross(w, front);
     const from = { front, back: scale(front, -1), right, left: scale(right, -1), top: w }[name];
-    const { fov } = hello.camera;
-    const far = fov > 0 ? 0.5 / Math.tan(clamp(fov, 5, 120) * Math.PI / 360) + 0.3 : 1;
+    const { orthographic, camera: { fov } } = hello;
+    const far = orthographic ? 1 : 0.5 / Math.tan(clamp(fov, 5, 120) * Math.PI / 360) + 0.3;
     const target = middle(hello);
     return {
         origin: madd(target, from, diagonal(hello) * far),
         target,
         up: name === 'top' ? scale(front, -1) : w,
-        fov,
+        fov: orthographic ? diagonal(hello) * 1.1 : fov,
     };
 }
 

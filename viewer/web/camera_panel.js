@@ -82,7 +82,7 @@ export class CameraPanel {
             ['origin', 'From', point(camera.origin)],
             ['target', 'To', point(camera.target)],
             ['up', 'Up', point(camera.up)],
-            ['kind', 'Kind', hello.orthographic ? 'Orthographic'
+            ['kind', 'Kind', hello.orthographic ? `Orthographic, ${short(camera.fov, 4)} wide`
                 : `Perspective, ${short(camera.fov)}°`],
             ['min', 'Scene from', point(bounds.min)],
             ['max', 'Scene to', point(bounds.max)],
@@ -119,7 +119,7 @@ export class CameraPanel {
         const angle = Math.atan2(d[1], d[0]);
         const ray = t => [eye[0] + 22 * Math.cos(angle + t), eye[1] + 22 * Math.sin(angle + t)]
             .join(',');
-        const half = (camera.fov > 0 ? camera.fov : 20) * Math.PI / 360;
+        const half = (hello.orthographic ? 20 : camera.fov) * Math.PI / 360;
         return svg('svg', {
             viewBox: `0 0 ${width} ${height}`, role: 'img', class: 'map',
             'aria-label': `Plan of the scene: the camera stands ${inside ? 'within' : 'outside'} `

@@ -22,8 +22,7 @@ function cameraWords(store) {
     if (!c) return [];
     const point = p => p.map(exact).join(',');
     const words = ['--origin', point(c.origin), '--target', point(c.target), '--up', point(c.up)];
-    if (!store.hello.orthographic && c.fov > 0) words.push('--fov', exact(c.fov));
-    return words;
+    return [...words, '--fov', exact(c.fov)];
 }
 
 function pictureWords(store, size) {

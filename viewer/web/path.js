@@ -116,7 +116,7 @@ export class PathEditor {
     #show(t, how) {
         const { variables, hello } = this.#store;
         const values = key => variables.map(v => key.values[v.name] ?? v.value);
-        const state = atTime(this.#closed(), t, variables,
+        const state = atTime(this.#closed(), t, hello,
                              key => cameraOfValues(hello, values(key)));
         if (state) this.#store.load(state, how);
     }

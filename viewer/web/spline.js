@@ -28,7 +28,7 @@ function hermite(times, points, i, u) {
 /* The state at time t of keys {time, values: {name: x}, camera or null}, sorted by time.
  * resolve(key): the camera of a key that has none of its own. Only when no key has one the answer
  * has none. */
-export function atTime(keys, t, variables, resolve) {
+export function atTime(keys, t, { variables, orthographic }, resolve) {
     if (keys.length === 0) return null;
     if (keys.length === 1) return { values: keys[0].values, camera: keys[0].camera };
     const times = keys.map(key => key.time);
@@ -43,13 +43,14 @@ export function atTime(keys, t, variables, resolve) {
     const cameras = keys.map(key => key.camera ?? resolve(key));
     const along = f => hermite(times, cameras.map(f), i, u);
     const point = name => [0, 1, 2].map(k => along(c => c[name][k]));
+    const mostFov = orthographic ? 1e12 : 179;
     return {
         values,
         camera: {
             origin: point('origin'),
             target: point('target'),
             up: normalize(point('up')),
-            fov: Math.min(179, Math.max(0, along(c => c.fov))),
+            fov: Math.min(mostFov, Math.max(1e-3, along(c => c.fov))),
         },
     };
 }

@@ -24,7 +24,7 @@ const isPoint = p => Array.isArray(p) && p.length === 3 && p.every(Number.isFini
 
 export function isCamera(c) {
     return c != null && isPoint(c.origin) && isPoint(c.target) && isPoint(c.up)
-        && Number.isFinite(c.fov) && c.fov >= 0 && c.fov < 180;
+        && Number.isFinite(c.fov) && c.fov >= 0;
 }
 
 /* To a millionth of the scene's size: command lines and links then say exactly what is shown. */
@@ -35,15 +35,15 @@ function roundCamera(camera, hello) {
         origin: point(camera.origin),
         target: point(camera.target),
         up: camera.up.map(x => Number(x.toFixed(7))),
-        fov: Number(camera.fov.toFixed(4)),
+        fov: Number(camera.fov.toFixed(hello.orthographic ? digits : 4)),
     };
 }
 
-/* A kept camera may be of another kind than the scene's: the field of view tells. */
+/* A kept camera may be of another kind than the scene's. */
 function soundCamera(camera, hello) {
     const { fov } = hello.camera;
-    if (hello.orthographic) return { ...camera, fov: 0 };
-    return camera.fov > 0 ? camera : { ...camera, fov };
+    const most = hello.orthographic ? 1e12 : 179.9;
+    return camera.fov > 0 && camera.fov <= most ? camera : { ...camera, fov };
 }
 
 /* A view of which every field is sound: storage, links and files may hold anything. */

@@ -56,7 +56,7 @@ const struct arg_option scene_options[2] = {
      .offset = offsetof(struct scene_args, variables)},
 };
 
-const struct arg_option picture_options[16] = {
+const struct arg_option picture_options[17] = {
     {.name = "output",
      .letter = 'o',
      .type = ARG_FILE,
@@ -68,6 +68,12 @@ const struct arg_option picture_options[16] = {
      .argument = "NAME",
      .help = "exr, png or pfm, whatever FILE is called",
      .offset = offsetof(struct picture_args, format)},
+    {.name = "tev",
+     .type = ARG_TEXT,
+     .argument = "HOST:PORT",
+     .help = "show it in the image viewer tev, which listens there; needs no FILE",
+     .fallback = "not shown; the port is 14158",
+     .offset = offsetof(struct picture_args, tev)},
     {.name = "set",
      .letter = 'P',
      .type = ARG_LIST,
@@ -220,10 +226,26 @@ const lmn_camera *make_camera(struct app *app, const lmn_scene *scene, const dou
 
 int check_picture(struct app *app, const struct picture_args *p)
 {
+    if (!p->output && p->tev) return EXIT_OK;
     if (!p->output) return app_error(app, EXIT_USAGE, "no output: give -o FILE");
     if (p->json && strcmp(p->output, "-") == 0)
         return app_error(app, EXIT_USAGE, "--json and -o - both want standard output");
     return app_check_image(app, p->output, p->format);
+}
+
+const char *name_picture(const struct picture_args *p, const char *operand)
+{
+    return p->output ? p->output : operand;
+}
+
+int put_picture(struct app *app, const struct picture_args *p, struct tev *tev, const char *operand,
+                lmn_image *image)
+{
+    const lmn_status status =
+        p->output ? lmn_image_save(app->context, image, p->output, p->format, p->exposure) : LMN_OK;
+    if (status != LMN_OK) return app_failed(app, status, BLAME_WORK);
+    tev_show(tev, app, name_picture(p, operand), image);
+    return EXIT_OK;
 }
 
 void jo_values(struct json_out *j, const lmn_scene *scene, const double *values)

@@ -4,6 +4,7 @@
 
 #include "app.h"
 #include "json_out.h"
+#include "tev.h"
 
 /* Options that several commands share, and what they stand for. */
 
@@ -38,8 +39,9 @@ struct picture_args {
     lmn_camera camera;
     uint32_t has_origin, has_target, has_up, has_fov;
     uint32_t json;
+    const char *tev; /* NULL: none */
 };
-extern const struct arg_option picture_options[16];
+extern const struct arg_option picture_options[17];
 
 /* Loads a scene as the arguments say. Returns an exit code; *out is the caller's to free. */
 int load_scene(struct app *app, const char *path, const struct scene_args *args, lmn_scene **out);
@@ -69,6 +71,13 @@ void format_bytes(uint64_t n, char text[32]);
 
 /* Checks the output before work is done on it. Returns an exit code after saying why. */
 int check_picture(struct app *app, const struct picture_args *p);
+
+/* Saves the picture of an operand where it is wanted, and shows it. Returns an exit code. */
+int put_picture(struct app *app, const struct picture_args *p, struct tev *tev, const char *operand,
+                lmn_image *image);
+
+/* How pictures are called: by their file, else by what they are of. */
+const char *name_picture(const struct picture_args *p, const char *operand);
 
 extern const struct command command_trace, command_train, command_render, command_eval,
     command_compare, command_params, command_plot, command_view, command_bench, command_info;

@@ -66,7 +66,7 @@ static lmn_render_options options_of(const struct picture_args *p, const lmn_cam
 
 /* One picture. */
 static int render_one(struct app *app, const struct render_args *a, const lmn_scene *scene,
-                      const lmn_model *model, double *values, double start_s)
+                      const lmn_model *model, double *values, struct tev *tev, double start_s)
 {
     const struct picture_args *p = &a->picture;
     lmn_image *image = NULL;
@@ -84,13 +84,10 @@ static int render_one(struct app *app, const struct render_args *a, const lmn_sc
         goto done;
     }
     app_end(app);
-    status = lmn_image_save(app->context, image, p->output, p->format, p->exposure);
-    if (status != LMN_OK) {
-        code = app_failed(app, status, BLAME_WORK);
-        goto done;
-    }
-    app_say(app, "%s: %ux%u, %.3f s", p->output, lmn_image_width(image), lmn_image_height(image),
-            render_s);
+    code = put_picture(app, p, tev, a->common.operands[0], image);
+    if (code != EXIT_OK) goto done;
+    app_say(app, "%s: %ux%u, %.3f s", name_picture(p, a->common.operands[0]),
+            lmn_image_width(image), lmn_image_height(image), render_s);
     if (p->json) print_json(a, scene, values, camera, image, load_s, render_s);
 done:
     lmn_image_free(image);
@@ -99,7 +96,7 @@ done:
 
 /* Frames of a path: values and camera are its own. */
 static int render_path(struct app *app, const struct render_args *a, const lmn_scene *scene,
-                       const lmn_model *model, double *values)
+                       const lmn_model *model, double *values, struct tev *tev)
 {
     struct camera_path path;
     struct movie movie;
@@ -120,6 +117,7 @@ static int render_path(struct app *app, const struct render_args *a, const lmn_s
                                                    NULL);
         code = status == LMN_OK ? movie_add(&movie, app, &path, i, image)
                                 : app_failed(app, status, BLAME_USER);
+        if (code == EXIT_OK) tev_show(tev, app, a->picture.output, image);
         lmn_image_free(image);
     }
     app_end(app);
@@ -146,17 +144,20 @@ static int run(void *args)
     const struct render_args *a = args;
     const struct picture_args *p = &a->picture;
     struct app app;
+    struct tev tev = {.socket = -1};
     lmn_scene *scene = NULL;
     lmn_model *model = NULL;
     double *values = NULL;
     int code = app_open(&app, &a->common);
     const double start_s = clock_s();
     if (code == EXIT_OK) code = a->path ? check_path(&app, p) : check_picture(&app, p);
+    if (code == EXIT_OK) code = tev_open(&tev, &app, p->tev);
     if (code == EXIT_OK) code = load_model(&app, a->common.operands[0], &a->model, &scene, &model);
     if (code == EXIT_OK) values = make_values(&app, scene, &p->values, &code);
     if (code == EXIT_OK)
-        code = a->path ? render_path(&app, a, scene, model, values)
-                       : render_one(&app, a, scene, model, values, start_s);
+        code = a->path ? render_path(&app, a, scene, model, values, &tev)
+                       : render_one(&app, a, scene, model, values, &tev, start_s);
+    tev_close(&tev);
     free(values);
     lmn_model_free(model);
     lmn_scene_free(scene);

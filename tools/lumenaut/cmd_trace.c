@@ -14,6 +14,8 @@ struct trace_args {
     uint32_t sampler, mis, integrator;
 };
 
+enum { ROUGH = 16 }; /* of so many samples one is looked at first */
+
 static const char *const sampler_names[] = {"sobol", "independent"};
 static const char *const mis_names[] = {"power", "balance"};
 static const char *const integrator_names[] = {NULL, "auto", "path", "path+photons"};
@@ -98,11 +100,30 @@ static void print_json(const struct trace_args *a, const lmn_scene *scene, const
     jo_end(&j);
 }
 
+/* What to look at while the picture is made: one of few of its samples. */
+static lmn_status show_rough(struct app *app, const struct trace_args *a, struct tev *tev,
+                             const lmn_scene *scene, const double *values,
+                             const lmn_trace_options *options, uint32_t spp)
+{
+    lmn_trace_options rough = *options;
+    lmn_image *image = NULL;
+    rough.spp = spp / ROUGH;
+    if (tev->socket < 0 || rough.spp == 0) return LMN_OK;
+    app->is_silent = true;
+    const lmn_status status = lmn_scene_trace(app->context, scene, values, &rough, &image, NULL);
+    app->is_silent = false;
+    if (status == LMN_OK)
+        tev_show(tev, app, name_picture(&a->picture, a->common.operands[0]), image);
+    lmn_image_free(image);
+    return status;
+}
+
 static int run(void *args)
 {
     const struct trace_args *a = args;
     const struct picture_args *p = &a->picture;
     struct app app;
+    struct tev tev = {.socket = -1};
     lmn_scene *scene = NULL;
     lmn_image *image = NULL;
     lmn_scene_info info;
@@ -114,6 +135,7 @@ static int run(void *args)
     const double start_s = clock_s();
 
     if (code == EXIT_OK) code = check_picture(&app, p);
+    if (code == EXIT_OK) code = tev_open(&tev, &app, p->tev);
     if (code == EXIT_OK) code = load_scene(&app, a->common.operands[0], &a->scene, &scene);
     if (code == EXIT_OK) values = make_values(&app, scene, &p->values, &code);
     if (code == EXIT_OK) camera = make_camera(&app, scene, values, p, &seen_from, &code);
@@ -149,23 +171,26 @@ static int run(void *args)
     app_detail(&app, "%s: %llu triangles, %u instances, %u variables", a->common.operands[0],
                (unsigned long long)info.n_triangles, info.n_instances, info.n_variables);
     app_begin(&app, "trace", "paths", (double)width * height * spp);
-    status = lmn_scene_trace(app.context, scene, values, &options, &image, &render_s);
-    const double load_s = clock_s() - start_s - render_s;
+    const double rough_start_s = clock_s();
+    status = show_rough(&app, a, &tev, scene, values, &options, spp);
+    const double rough_s = clock_s() - rough_start_s;
+    if (status == LMN_OK)
+        status = lmn_scene_trace(app.context, scene, values, &options, &image, &render_s);
+    const double load_s = clock_s() - start_s - rough_s - render_s;
     if (status != LMN_OK) {
         code = app_failed(&app, status, BLAME_USER);
         goto done;
     }
     app_end(&app);
     spp = (uint32_t)strtoul(lmn_image_attribute(image, "spp"), NULL, 10); /* halves round it up */
-    status = lmn_image_save(app.context, image, p->output, p->format, p->exposure);
-    if (status != LMN_OK) {
-        code = app_failed(&app, status, BLAME_WORK);
-        goto done;
-    }
-    app_say(&app, "%s: %ux%u, %u spp, %.2f s (%.3g Mpaths/s)", p->output, width, height, spp,
-            render_s, 1e-6 * width * height * spp / render_s);
+    code = put_picture(&app, p, &tev, a->common.operands[0], image);
+    if (code != EXIT_OK) goto done;
+    app_say(&app, "%s: %ux%u, %u spp, %.2f s (%.3g Mpaths/s)",
+            name_picture(p, a->common.operands[0]), width, height, spp, render_s,
+            1e-6 * width * height * spp / render_s);
     if (p->json) print_json(a, scene, values, camera, image, spp, load_s, render_s);
 done:
+    tev_close(&tev);
     free(values);
     lmn_image_free(image);
     lmn_scene_free(scene);

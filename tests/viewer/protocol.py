@@ -135,6 +135,8 @@ def check_latest_wins(viewer):
         assert versions == sorted(versions) and len(versions) < 100, versions
         # Without acknowledgement no more than two come.
         c.state(layers=["traced"], width=64, height=40)
+        while not c.frames:
+            c.receive()
         time.sleep(1.5)
         c.socket.settimeout(0.3)
         try:

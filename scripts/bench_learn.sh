@@ -2,10 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # bench_learn.sh [OPTION...]: how fast the methods of training learn, with three seeds of 10 minutes on
 # the bundled scene and sphere-caustic, and one of 20 minutes on veach-ajar and spaceship where they
-# are. The
-# faithful method also with fewer samples and larger steps, which suit minutes better than hours. Seven
-# hours, and some three for test sets the first time; run it again after an interruption.
-# Options go to every `lumenaut bench learn`. Results in build/learn/10 and build/learn/20.
+# are; the faithful method also with few samples and large steps, which suit minutes better than hours.
+# Seven hours, and some three for test sets the first time; run it again after an interruption. Options
+# go to every `lumenaut bench learn`. Results in build/learn/10 and build/learn/20.
 set -eu
 cd "$(dirname "$0")/.."
 outside=${LUMENAUT_SCENES:-../shared/scenes}/official

@@ -93,7 +93,7 @@ done:
 }
 
 static void put_shape(struct json *j, const struct bench *b, const char *path, const char *method,
-                      uint32_t width, uint32_t depth, uint32_t n_variables)
+                      const char *kernels, uint32_t width, uint32_t depth, uint32_t n_variables)
 {
     json_put_string(j, "file", path);
     json_begin_array(j, "size");
@@ -101,7 +101,7 @@ static void put_shape(struct json *j, const struct bench *b, const char *path, c
     json_put_integer(j, NULL, b->render.window.height);
     json_end(j);
     json_put_string(j, "method", method);
-    json_put_string(j, "kernels", nn_bench_kernels(b->context->cpu));
+    json_put_string(j, "kernels", kernels);
     json_put_integer(j, "width", width);
     json_put_integer(j, "depth", depth);
     json_put_integer(j, "variables", n_variables);
@@ -157,7 +157,8 @@ static lmn_status bench_faithful(struct bench *b, const char *path, struct json 
     TRY(nn_bench_render(&config, b->context->pool, b->context->cpu, (size_t)w->width * w->height,
                         b->o->runs, &network, err));
     json_begin_object(j, NULL);
-    put_shape(j, b, path, "faithful", config.width, config.depth, config.n_variables);
+    put_shape(j, b, path, "faithful", nn_bench_kernels(b->context->cpu), config.width, config.depth,
+              config.n_variables);
     json_put_number(j, "frame_s", medians[PART_FRAME]);
     json_put_number(j, "frame_cpu_s", medians[PART_CPU]);
     json_put_number(j, "buffers_s", buffers_s);
@@ -212,10 +213,10 @@ static lmn_status bench_improved(struct bench *b, const char *path, struct json 
     lmn_context *context = b->context;
     TRY(sight_init(&sight, b->scene->scene, 0, err));
     sight.cpu = context->cpu;
-    double peak = nn_bench_peak_gflops(context->cpu, context->pool);
+    double peak = nn_bench_picture_peak_gflops(context->cpu, context->pool);
     TRY(time_field(b, &sight, 0, &config, &flop, medians, err));
     /* The peak again, so that a machine whose clock or load changed meanwhile shows. */
-    const double after = nn_bench_peak_gflops(context->cpu, context->pool);
+    const double after = nn_bench_picture_peak_gflops(context->cpu, context->pool);
     if (after > peak) peak = after;
     for (uint32_t i = 0; i < N_COUNTS; i++) {
         double unused;
@@ -225,7 +226,8 @@ static lmn_status bench_improved(struct bench *b, const char *path, struct json 
     }
     const double gflop = 1e-9 * flop * w->width * w->height;
     json_begin_object(j, NULL);
-    put_shape(j, b, path, "improved", config.width, config.depth, config.n_variables);
+    put_shape(j, b, path, "improved", nn_bench_picture_kernels(context->cpu), config.width,
+              config.depth, config.n_variables);
     json_put_integer(j, "grids", config.n_grids);
     json_put_integer(j, "features", config.n_features);
     json_put_number(j, "frame_s", medians[PART_FRAME]);

@@ -7,10 +7,10 @@
 #include "base/mem.h"
 #include "base/pool.h"
 #include "base/rng.h"
-#include "nn/kernels.h"
+#include "nn/rounded.h"
 
 struct spin {
-    const struct nn_kernels *kernels;
+    double (*peak)(uint64_t n);
     uint64_t n;
     double *flop; /* per item */
 };
@@ -19,21 +19,19 @@ static void spin_item(void *ctx, uint32_t item, uint32_t worker)
 {
     const struct spin *s = ctx;
     (void)worker;
-    s->flop[item] = s->kernels->peak(s->n);
+    s->flop[item] = s->peak(s->n);
 }
 
-double nn_bench_peak_gflops(uint32_t cpu, struct pool *pool)
+static double measure_peak(double (*peak)(uint64_t n), struct pool *pool)
 {
-    struct nn_kernels kernels;
-    nn_kernels_init(&kernels, cpu);
     uint32_t n_items = pool_n_workers(pool);
     double *flop = mem_new(n_items, sizeof *flop), best = 0.0, seconds = 0.0;
     if (!flop) return 0.0;
-    struct spin s = {.kernels = &kernels, .n = 1 << 16, .flop = flop};
+    struct spin s = {.peak = peak, .n = 1 << 16, .flop = flop};
     while (seconds < 0.01) { /* how many steps take 0.1 s? */
         s.n *= 2;
         double start = clock_wall_s();
-        kernels.peak(s.n);
+        peak(s.n);
         seconds = clock_wall_s() - start;
     }
     s.n = (uint64_t)((double)s.n * 0.1 / seconds);
@@ -46,6 +44,25 @@ double nn_bench_peak_gflops(uint32_t cpu, struct pool *pool)
     }
     mem_free(flop);
     return best * 1e-9;
+}
+
+double nn_bench_peak_gflops(uint32_t cpu, struct pool *pool)
+{
+    struct nn_kernels kernels;
+    nn_kernels_init(&kernels, cpu);
+    return measure_peak(kernels.peak, pool);
+}
+
+double nn_bench_picture_peak_gflops(uint32_t cpu, struct pool *pool)
+{
+    const struct nn_rounded *half = nn_rounded_for(cpu);
+    return half ? measure_peak(half->peak, pool) : nn_bench_peak_gflops(cpu, pool);
+}
+
+const char *nn_bench_picture_kernels(uint32_t cpu)
+{
+    const struct nn_rounded *half = nn_rounded_for(cpu);
+    return half ? half->name : nn_bench_kernels(cpu);
 }
 
 const char *nn_bench_kernels(uint32_t cpu)

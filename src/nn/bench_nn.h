@@ -15,6 +15,10 @@ double nn_bench_peak_gflops(uint32_t cpu, struct pool *pool);
 /* The name of the kernels that `cpu` selects: "baseline", "avx2", "avx512". Static. */
 const char *nn_bench_kernels(uint32_t cpu);
 
+/* The same for the compact network's pictures, which may be of rounded numbers (rounded.h). */
+double nn_bench_picture_peak_gflops(uint32_t cpu, struct pool *pool);
+const char *nn_bench_picture_kernels(uint32_t cpu);
+
 struct nn_bench_result {
     double seconds; /* median over the runs, after one that does not count */
     double gflop;   /* work of one run */

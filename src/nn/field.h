@@ -119,6 +119,10 @@ void field_render_groups(struct field *f, const struct field_run *runs, uint32_t
  * FIELD_PART pixels leave no lanes empty.
  */
 enum { FIELD_PART = 128 };
+
+/* Whether parts may be rounded where that is faster (rounded.h): for pictures. Not at first. */
+void field_round(struct field *f, bool rounds);
+
 void field_begin(struct field *f, const float *v);
 void field_render_part(const struct field *f, uint32_t worker, const struct field_run *run,
                        float *out);

@@ -179,7 +179,7 @@ static void pass_run(const struct pass *p, uint32_t index, const struct worker *
     for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
         const uint32_t n = run->n - first < f->tile_rows ? run->n - first : f->tile_rows;
         const uint32_t n_rows = field_load(f, run, first, n, w->e);
-        field_forward(f, w, w->bias, n_rows);
+        field_forward(f, w, w->bias, n_rows, NULL);
         judge(f, w, run, first, n, p->scale, &sum);
         if (!gradient) continue;
         for (uint32_t r = 0; r < n_rows; r++) w->q[(size_t)r * f->kernels.panel] = r < n;

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "nn/rounded.h"
+
+#include <string.h>
+
+#include "base/cpu.h"
+
+static uint32_t bits_of(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static float float_of(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+float nn_round(float x)
+{
+    const uint32_t bits = bits_of(x);
+    if (x != x) return x;
+    return float_of((bits + 0x7FFF + (bits >> 16 & 1)) & 0xFFFF0000u);
+}
+
+size_t nn_rounded_count(uint32_t n_in)
+{
+    return (size_t)(n_in + 1) / 2 * NN_ROUNDED_PANEL;
+}
+
+void nn_rounded_pack(float *packed, const float *w, size_t ld, uint32_t n_out, uint32_t n_in,
+                     uint32_t index)
+{
+    const uint32_t first = index * NN_ROUNDED_PANEL;
+    for (uint32_t k = 0; k < n_in; k += 2, packed += NN_ROUNDED_PANEL)
+        for (uint32_t lane = 0; lane < NN_ROUNDED_PANEL; lane++) {
+            uint32_t pair = 0;
+            if (first + lane < n_out) {
+                const float *row = w + (first + lane) * ld;
+                pair = bits_of(nn_round(row[k])) >> 16;
+                if (k + 1 < n_in) pair |= bits_of(nn_round(row[k + 1]));
+            }
+            memcpy(packed + lane, &pair, sizeof pair);
+        }
+}
+
+/* What the fast one is held against. */
+static void forward(const struct nn_forward *a)
+{
+    enum { PANEL = NN_ROUNDED_PANEL };
+    for (uint32_t o = 0; o < a->n_out; o++) {
+        const float *w = a->w + o / PANEL * nn_rounded_count(a->n_in) + o % PANEL;
+        for (size_t r = 0; r < a->n_rows; r++) {
+            float sum = a->b[o];
+            for (uint32_t k = 0; k < a->n_in; k++) {
+                const uint32_t pair = bits_of(w[k / 2 * PANEL]);
+                const float x = nn_round(a->x[k / PANEL * a->stride + r * PANEL + k % PANEL]);
+                sum += x * float_of(k % 2 ? pair & 0xFFFF0000u : pair << 16);
+            }
+            if (!a->linear && sum < 0.0f) sum *= NN_SLOPE;
+            a->y[o / PANEL * a->stride + r * PANEL + o % PANEL] = sum;
+        }
+    }
+}
+
+const struct nn_rounded nn_rounded_ref = {.name = "ref", .forward = forward};
+
+const struct nn_rounded *nn_rounded_for(uint32_t cpu)
+{
+    return cpu & CPU_AVX512BF16 && !(cpu & CPU_AMX) ? &nn_rounded_avx512bf16 : NULL;
+}

@@ -5,6 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <libwebsockets.h>
 
 #include "assets.h"
@@ -336,8 +340,23 @@ static const struct lws_protocols protocols[3] = {
 static const lws_retry_bo_t keep_alive = {.secs_since_valid_ping = 20,
                                           .secs_since_valid_hangup = 40};
 
+/* Whether a port can be bound: the library loses some memory where it cannot. */
+static bool is_free(const char *address, uint16_t port)
+{
+    const int on = 1, fd = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    struct sockaddr_in to = {.sin_family = AF_INET, .sin_port = htons(port)};
+    if (fd < 0) return false;
+    setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on); /* as the library does */
+    const bool is_bound = inet_pton(AF_INET, address, &to.sin_addr) == 1 &&
+                          bind(fd, (const struct sockaddr *)&to, sizeof to) == 0 &&
+                          listen(fd, 1) == 0;
+    close(fd);
+    return is_bound;
+}
+
 static bool listen_at(struct server *s, uint16_t port)
 {
+    if (!is_free(s->options->bind, port)) return false;
     const struct lws_context_creation_info info = {
         .port = port,
         .iface = s->options->bind,

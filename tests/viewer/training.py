@@ -74,7 +74,7 @@ def check_same_bytes(lumenaut):
                     c.next_frame()
         except (Closed, ConnectionError):
             pass
-        assert v.process.wait(60) == 0
+        assert v.process.wait(60) == 0, v.process.stderr.read()
     assert pathlib.Path("alone.lmn").read_bytes() == pathlib.Path("seen.lmn").read_bytes()
 
 
@@ -144,7 +144,7 @@ def main():
             with Client(v.port) as c:
                 check_told(c)
                 check_orders(c)
-            assert v.process.wait(60) == 0
+            assert v.process.wait(60) == 0, v.process.stderr.read()
         check_same_bytes(lumenaut)
         check_started(lumenaut)
     return 0

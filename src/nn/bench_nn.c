@@ -55,14 +55,14 @@ double nn_bench_peak_gflops(uint32_t cpu, struct pool *pool)
 
 double nn_bench_picture_peak_gflops(uint32_t cpu, struct pool *pool)
 {
-    const struct nn_rounded *half = nn_rounded_for(cpu);
-    return half ? measure_peak(half->peak, pool) : nn_bench_peak_gflops(cpu, pool);
+    const struct nn_rounded *rounded = nn_rounded_for(cpu);
+    return rounded ? measure_peak(rounded->peak, pool) : nn_bench_peak_gflops(cpu, pool);
 }
 
 const char *nn_bench_picture_kernels(uint32_t cpu)
 {
-    const struct nn_rounded *half = nn_rounded_for(cpu);
-    return half ? half->name : nn_bench_kernels(cpu);
+    const struct nn_rounded *rounded = nn_rounded_for(cpu);
+    return rounded ? rounded->name : nn_bench_kernels(cpu);
 }
 
 const char *nn_bench_kernels(uint32_t cpu)

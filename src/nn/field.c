@@ -55,7 +55,7 @@ static void shape(struct field *f)
     f->n_layers = c->depth + 1;
     f->n_out = c->n_lights * N_COLORS + 1;
     f->width_padded = nn_n_panels(t, c->width) * t->panel;
-    size_t at = f->n_table, packed = 0, half = 0;
+    size_t at = f->n_table, packed = 0, rounded = 0;
     for (uint32_t l = 0; l < f->n_layers; l++) {
         struct layer *layer = &f->layers[l];
         layer->n_out = l < c->depth ? c->width : f->n_out;
@@ -69,10 +69,10 @@ static void shape(struct field *f)
         packed += nn_n_panels(t, layer->n_out) * t->forward_count(layer->n_in, 0);
         layer->backward_at = packed;
         packed += nn_n_panels(t, layer->n_in) * t->backward_count(layer->n_out);
-        layer->half_at = half;
-        half += nn_n_panels(t, layer->n_out) * nn_rounded_count(layer->n_in);
+        layer->rounded_at = rounded;
+        rounded += nn_n_panels(t, layer->n_out) * nn_rounded_count(layer->n_in);
     }
-    f->n_half = f->half ? half : 0;
+    f->n_rounded = f->rounded ? rounded : 0;
     f->n_weights = at;
     f->n_packed = packed;
     f->tile_rows = round_up(FIELD_PART, t->rows);      /* all layers within the cache */
@@ -126,12 +126,12 @@ lmn_status field_new(const struct field_config *config, struct pool *pool, uint3
     f->config = *config;
     f->pool = pool;
     nn_kernels_init(&f->kernels, cpu);
-    f->half = nn_rounded_for(cpu);
+    f->rounded = nn_rounded_for(cpu);
     f->grids = grid_kernels_for(cpu);
     shape(f);
     TRY(take(f, f->n_weights, &f->weights, err));
     TRY(take(f, f->n_packed, &f->packed, err));
-    TRY(take(f, f->n_half + 1, &f->packed_half, err));
+    TRY(take(f, f->n_rounded + 1, &f->packed_rounded, err));
     TRY(take(f, (size_t)f->n_layers * f->width_padded, &f->biases, err));
     TRY(take(f, f->width_padded, &f->frame_bias, err));
     if (config->max_pixels > 0) {
@@ -171,7 +171,7 @@ void field_free(struct field *f)
     mem_free(f->frame_bias);
     mem_free(f->biases);
     mem_free(f->packed);
-    mem_free(f->packed_half);
+    mem_free(f->packed_rounded);
     mem_free(f->weights);
     mem_free(f);
 }
@@ -294,7 +294,7 @@ uint32_t field_load(const struct field *f, const struct field_run *run, uint32_t
 }
 
 void field_forward(const struct field *f, const struct worker *w, const float *bias,
-                   uint32_t n_rows, const struct nn_rounded *half)
+                   uint32_t n_rows, const struct nn_rounded *rounded)
 {
     for (uint32_t l = 0; l < f->n_layers; l++) {
         const struct layer *layer = &f->layers[l];
@@ -304,14 +304,14 @@ void field_forward(const struct field *f, const struct worker *w, const float *b
             .n_out = layer->n_out,
             .n_in = layer->n_in,
             .x = l == 0 ? w->e : w->h + (l - 1) * f->tile_size,
-            .w = half ? f->packed_half + layer->half_at : f->packed + layer->forward_at,
+            .w = rounded ? f->packed_rounded + layer->rounded_at : f->packed + layer->forward_at,
             .b = l == 0 ? bias : f->biases + (size_t)l * f->width_padded,
             .y = is_output ? w->y : w->h + l * f->tile_size,
             .stride = f->stride,
             .linear = is_output,
             .scratch = w->scratch,
         };
-        (half ? half->forward : f->kernels.forward)(&a);
+        (rounded ? rounded->forward : f->kernels.forward)(&a);
     }
 }
 
@@ -355,25 +355,21 @@ void field_outputs(const struct field *f, const struct worker *w, uint32_t first
     }
 }
 
-void field_round(struct field *f, bool rounds)
-{
-    f->rounds = rounds;
-}
-
-static void pack_half(struct field *f)
+static void pack_rounded(struct field *f)
 {
     for (uint32_t l = 0; l < f->n_layers; l++) {
         const struct layer *layer = &f->layers[l];
         for (uint32_t i = 0; i < nn_n_panels(&f->kernels, layer->n_out); i++)
-            nn_rounded_pack(f->packed_half + layer->half_at + i * nn_rounded_count(layer->n_in),
-                            f->weights + layer->w_at, layer->n_columns, layer->n_out, layer->n_in,
-                            i);
+            nn_rounded_pack(
+                f->packed_rounded + layer->rounded_at + i * nn_rounded_count(layer->n_in),
+                f->weights + layer->w_at, layer->n_columns, layer->n_out, layer->n_in, i);
     }
 }
 
-void field_begin(struct field *f, const float *v)
+void field_begin(struct field *f, const float *v, bool may_round)
 {
-    if (f->half && f->rounds) pack_half(f);
+    f->rounds = may_round && f->rounded;
+    if (f->rounds) pack_rounded(f);
     field_fold(f, v, f->frame_bias);
     for (uint32_t i = 0; i < f->n_workers; i++)
         f->workers[i].encode_ticks = f->workers[i].layer_ticks = 0;
@@ -421,7 +417,7 @@ void field_render_part(const struct field *f, uint32_t worker, const struct fiel
         const uint64_t start = clock_ticks();
         const uint32_t n_rows = field_load(f, run, first, n, w->e);
         const uint64_t encoded = clock_ticks();
-        field_forward(f, w, f->frame_bias, n_rows, f->rounds ? f->half : NULL);
+        field_forward(f, w, f->frame_bias, n_rows, f->rounds ? f->rounded : NULL);
         field_outputs(f, w, 0, count, n, o, values);
         if (n_lights > 1 || run->lights) sum_lights(values, n, n_lights, run->lights);
         for (uint32_t i = 0; i < n * N_COLORS; i++) to[i] = scale[i] * values[i];
@@ -453,7 +449,7 @@ static void render_tile(void *ctx, uint32_t item, uint32_t worker)
 void field_render(struct field *f, const struct field_run *run, float *out)
 {
     struct frame frame = {.f = f, .run = run, .out = out};
-    field_begin(f, run->v);
+    field_begin(f, run->v, false);
     pool_run(f->pool, (run->n + f->tile_rows - 1) / f->tile_rows, render_tile, &frame);
 }
 

@@ -114,16 +114,14 @@ void field_render_groups(struct field *f, const struct field_run *runs, uint32_t
 
 /*
  * The same in parts, from within a loop of the field's pool, so that a part's inputs need never
- * leave the cache: field_begin() sets the configuration v [D], then each field_render_part() works
- * on the calling thread, which is `worker` of that loop. run->v is not read. Parts of a multiple of
- * FIELD_PART pixels leave no lanes empty.
+ * leave the cache: field_begin() sets the configuration v [D] and whether products may be rounded
+ * where that is faster (rounded.h), then each field_render_part() works on the calling thread,
+ * which is `worker` of that loop. run->v is not read. Parts of a multiple of FIELD_PART pixels
+ * leave no lanes empty.
  */
 enum { FIELD_PART = 128 };
 
-/* Whether parts may be rounded where that is faster (rounded.h): for pictures. Not at first. */
-void field_round(struct field *f, bool rounds);
-
-void field_begin(struct field *f, const float *v);
+void field_begin(struct field *f, const float *v, bool may_round);
 void field_render_part(const struct field *f, uint32_t worker, const struct field_run *run,
                        float *out);
 

@@ -25,7 +25,7 @@ struct layer {
     uint32_t n_out, n_in, n_columns;
     size_t w_at, b_at;              /* floats into the block of weights */
     size_t forward_at, backward_at; /* floats into field.packed */
-    size_t half_at;                 /* floats into field.packed_half */
+    size_t rounded_at;              /* floats into field.packed_rounded */
 };
 
 /* What one thread works in; see kernels.h for the layout of a tile. */
@@ -49,7 +49,7 @@ struct field {
     struct field_config config;
     struct grid grid;
     struct nn_kernels kernels;
-    const struct nn_rounded *half; /* of pictures; NULL: `kernels` */
+    const struct nn_rounded *rounded; /* of pictures; NULL: `kernels` */
     const struct grid_kernels *grids;
     struct pool *pool;
     uint64_t memory_size;
@@ -58,9 +58,9 @@ struct field {
     uint32_t n_encoded, n_in; /* numbers that grids give; inputs of the first layer but v */
     uint32_t n_layers;
     struct layer layers[MAX_DEPTH + 1];
-    size_t n_table, n_weights, n_packed, n_half; /* n_table: of all grids */
-    float *weights, *packed, *packed_half;
-    bool rounds;       /* field_round() */
+    size_t n_table, n_weights, n_packed, n_rounded; /* n_table: of all grids */
+    float *weights, *packed, *packed_rounded;
+    bool rounds;       /* since field_begin() */
     float *biases;     /* [n_layers][width_padded] */
     float *frame_bias; /* [width_padded]: of field_begin() */
 
@@ -103,9 +103,8 @@ void field_fold(const struct field *f, const float *v, float *bias);
 uint32_t field_load(const struct field *f, const struct field_run *run, uint32_t first, uint32_t n,
                     float *e);
 
-/* One tile forward: w->e and the first layer's biases -> w->h, w->y; by `half` or, NULL, exactly.
- */
+/* One tile forward: w->e and the first layer's biases -> w->h, w->y; rounded or, NULL, not. */
 void field_forward(const struct field *f, const struct worker *w, const float *bias,
-                   uint32_t n_rows, const struct nn_rounded *half);
+                   uint32_t n_rows, const struct nn_rounded *rounded);
 
 #endif

@@ -4,26 +4,26 @@
 #include <string.h>
 
 #include "base/cpu.h"
+#include "math/approx.h"
+
+/* The bits that BF16 has no room for. */
+#define CUT 0xFFFFu
 
 static uint32_t bits_of(float x)
 {
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
+    return (uint32_t)approx_to_bits(x);
 }
 
 static float float_of(uint32_t bits)
 {
-    float x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
+    return approx_from_bits((int32_t)bits);
 }
 
 float nn_round(float x)
 {
     const uint32_t bits = bits_of(x);
     if (x != x) return x;
-    return float_of((bits + 0x7FFF + (bits >> 16 & 1)) & 0xFFFF0000u);
+    return float_of((bits + CUT / 2 + (bits >> 16 & 1)) & ~CUT);
 }
 
 size_t nn_rounded_count(uint32_t n_in)
@@ -58,7 +58,7 @@ static void forward(const struct nn_forward *a)
             for (uint32_t k = 0; k < a->n_in; k++) {
                 const uint32_t pair = bits_of(w[k / 2 * PANEL]);
                 const float x = nn_round(a->x[k / PANEL * a->stride + r * PANEL + k % PANEL]);
-                sum += x * float_of(k % 2 ? pair & 0xFFFF0000u : pair << 16);
+                sum += x * float_of(k % 2 ? pair & ~CUT : pair << 16);
             }
             if (!a->linear && sum < 0.0f) sum *= NN_SLOPE;
             a->y[o / PANEL * a->stride + r * PANEL + o % PANEL] = sum;

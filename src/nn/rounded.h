@@ -20,8 +20,8 @@ struct nn_rounded {
     double (*peak)(uint64_t n); /* as nn_kernels.peak(), of pairs */
 };
 
-/* What to use among `cpu` (flags of base/cpu.h); NULL: floats are as good. Where there is AMX,
- * processors multiply as many floats as pairs. */
+/* What to use among `cpu` (flags of base/cpu.h); NULL: floats are as good. Processors with AMX are
+ * said to have two units for floats and one for pairs (uops.info; not measured here). */
 const struct nn_rounded *nn_rounded_for(uint32_t cpu);
 
 /* For tests, which check that the machine has the set. */

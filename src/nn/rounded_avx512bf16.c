@@ -62,20 +62,10 @@ static void forward(const struct nn_forward *a)
     for (uint32_t first = 0; first < a->n_out; first += PANEL) {
         const float *w = a->w + first / PANEL * nn_rounded_count(a->n_in), *b = a->b + first;
         float *y = a->y + first / PANEL * a->stride;
-        switch ((a->n_out - first + LANES - 1) / LANES) {
-        case 1:
+        if (a->n_out - first <= LANES) /* outputs; lanes past the end may be written */
             forward_panel(1, a, w, b, y);
-            break;
-        case 2:
-            forward_panel(2, a, w, b, y);
-            break;
-        case 3:
-            forward_panel(3, a, w, b, y);
-            break;
-        default:
+        else
             forward_panel(VECTORS, a, w, b, y);
-            break;
-        }
     }
 }
 

@@ -224,8 +224,7 @@ static lmn_status paint_tiles(struct painting *f, lmn_progress_fn *progress, voi
         struct painter_desk *d = &p->desks[i];
         d->buffer_ticks = d->look_ticks = d->network_ticks = d->other_ticks = 0;
     }
-    field_round(p->network.field, true);
-    field_begin(p->network.field, p->v);
+    field_begin(p->network.field, p->v, true);
     for (; f->first < n; f->first += run) {
         const uint32_t n_items = n - f->first < run ? n - f->first : run;
         pool_run(p->place->pool, n_items, paint_tile, f);

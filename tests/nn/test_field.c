@@ -338,7 +338,7 @@ static void rendering_is_plain(void **state)
             compare_expected(&d.runs[i], w, at, s);
             field_render(f, &d.runs[i], out[0]);
             compare(&d.runs[i], w, out[0], s);
-            field_begin(f, d.runs[i].v);
+            field_begin(f, d.runs[i].v, false);
             field_render_part(f, 1, &d.runs[i], out[1]);
             assert_memory_equal(out[0], out[1], 3 * d.runs[i].n * sizeof *out[0]);
         }
@@ -346,6 +346,39 @@ static void rendering_is_plain(void **state)
         field_free(f);
         pool_free(pool);
     }
+}
+
+/* Rounded parts are near exact ones, and are rounded only when that is asked for. */
+static void rounded_parts_are_near(void **state)
+{
+    const uint32_t set = CPU_AVX2 | CPU_AVX512 | CPU_AVX512BF16;
+    static struct data d;
+    float exact[3 * MOST_PIXELS], rounded[3 * MOST_PIXELS];
+    uint32_t n_other = 0;
+    (void)state;
+    if ((cpu_detect() & set) != set) {
+        print_message("skipped: this processor has no BF16 products\n");
+        skip();
+    }
+    fill(&d);
+    struct pool *pool = pool_new(2);
+    struct field *f = make(pool, set);
+    for (int i = 0; i < N_RUNS; i++) {
+        const struct field_run *run = &d.runs[i];
+        field_begin(f, run->v, true);
+        field_render_part(f, 1, run, rounded);
+        field_begin(f, run->v, false);
+        field_render_part(f, 1, run, exact);
+        for (uint32_t k = 0; k < 3 * run->n; k++) {
+            n_other += rounded[k] != exact[k];
+            if (!(fabsf(rounded[k] - exact[k]) < 0.01f * exact[k]))
+                fail_msg("run %d value %u: %.8g, not %.8g", i, k, (double)rounded[k],
+                         (double)exact[k]);
+        }
+    }
+    assert_int_not_equal(n_other, 0);
+    field_free(f);
+    pool_free(pool);
 }
 
 /* A bright sphere whose place depends on v, seen through noise whose median is 0: the network finds
@@ -444,8 +477,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gradients_are_differences), cmocka_unit_test(threads_do_not_matter),
-        cmocka_unit_test(rendering_is_plain),        cmocka_unit_test(noise_is_averaged),
-        cmocka_unit_test(bad_shapes_are_refused),
+        cmocka_unit_test(rendering_is_plain),        cmocka_unit_test(rounded_parts_are_near),
+        cmocka_unit_test(noise_is_averaged),         cmocka_unit_test(bad_shapes_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -7,8 +7,8 @@
 /* How long a training goes on: what `train` does when nothing is said. */
 static const double more_s = 900.0;
 
-/* The words that change something. */
-static void word(struct view_training *t)
+/* Those that say what is learnt; threads and the like change nothing of it. */
+static void make_words(struct view_training *t)
 {
     struct view_words *w = &t->words;
     const struct train_args *a = &t->args;
@@ -69,7 +69,7 @@ int view_training_plan(struct view_training *t, struct app *app, const char *pat
     t->args.common.n_operands = 1;
     t->args.output = t->output;
     t->args.view = 1;
-    if (code == EXIT_OK) word(t);
+    if (code == EXIT_OK) make_words(t);
     return code;
 }
 

@@ -13,7 +13,7 @@ struct view_training {
     struct train_args args;
     struct view_words words; /* the same as a command line */
     char *operands[1];       /* of args */
-    char output[4096], port[16], seconds[32], threads[16];
+    char output[4096], seconds[32];
     struct model_scene origin; /* of a model */
 };
 

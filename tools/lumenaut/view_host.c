@@ -2,6 +2,7 @@
 #include "view_host.h"
 
 #include <arpa/inet.h>
+#include <malloc.h>
 #include <spawn.h>
 #include <stdlib.h>
 #include <string.h>
@@ -136,10 +137,20 @@ void view_words_trace(struct view_words *w, const char *scene, const struct scen
     view_words_add(w, "-o", "picture.exr");
 }
 
+/* Pictures of ever other sizes go straight back to the system: glibc would come to keep them in its
+ * heaps, which holes between them let grow for an hour. */
+static void give_pictures_back(void)
+{
+#ifdef __GLIBC__
+    (void)mallopt(M_MMAP_THRESHOLD, 1 << 20);
+#endif
+}
+
 int view_host_open(struct view_host *h, struct app *app, const struct view_args *a,
                    struct viewer_options *options)
 {
     char why[VIEWER_WHY];
+    give_pictures_back();
     *h = (struct view_host){.app = app, .args = a};
     options->context = app->context;
     options->program = "lumenaut " LMN_TOOL_VERSION;

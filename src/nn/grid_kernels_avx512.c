@@ -8,14 +8,12 @@
 
 typedef __m512 vec;
 typedef __m512i ivec;
-typedef __m256i half;
 typedef __mmask16 vec_mask;
 
 #define vec_load(from)              _mm512_loadu_ps(from)
 #define vec_store(to, x)            _mm512_storeu_ps(to, x)
 #define vec_load_part(from, mask)   _mm512_maskz_loadu_ps(mask, from)
 #define vec_store_part(to, mask, x) _mm512_mask_storeu_ps(to, mask, x)
-#define vec_gather(from, at)        _mm512_i32gather_ps(at, from, 4)
 #define vec_set1(x)                 _mm512_set1_ps(x)
 #define vec_fma(a, b, c)            _mm512_fmadd_ps(a, b, c)
 #define vec_mul(a, b)               _mm512_mul_ps(a, b)
@@ -25,26 +23,47 @@ typedef __mmask16 vec_mask;
 #define vec_to_ivec(x)              _mm512_cvttps_epi32(x)
 #define ivec_to_vec(x)              _mm512_cvtepi32_ps(x)
 #define ivec_set1(x)                _mm512_set1_epi32(x)
-#define ivec_min(a, b)              _mm512_min_epi32(a, b)
 #define ivec_mul(a, b)              _mm512_mullo_epi32(a, b)
 
-#define half_set1(x)      _mm256_set1_epi32(x)
-#define half_add(a, b)    _mm256_add_epi32(a, b)
-#define half_mul(a, b)    _mm256_mullo_epi32(a, b)
-#define half_or(a, b)     _mm256_or_si256(a, b)
-#define half_xor(a, b)    _mm256_xor_si256(a, b)
-#define half_store(to, x) _mm256_storeu_si256((__m256i *)(void *)(to), x)
-#define half_first(x)     ((uint32_t)_mm256_cvtsi256_si32(x))
+#define ivec_add(a, b)    _mm512_add_epi32(a, b)
+#define ivec_xor(a, b)    _mm512_xor_si512(a, b)
+#define ivec_store(to, x) _mm512_store_si512(to, x)
 /* (a ^ b) & mask */
-#define half_xor_and(a, b, mask) _mm256_ternarylogic_epi32(a, b, mask, 0x28)
-/* Bits that differ from the first point's, and whether there are none. */
-#define half_differs(x) _mm256_xor_si256(x, _mm256_broadcastd_epi32(_mm256_castsi256_si128(x)))
-#define half_is_same(x) _mm256_testz_si256(x, x)
+#define ivec_xor_and(a, b, mask) _mm512_ternarylogic_epi32(a, b, mask, 0x28)
 
-/* 0, 1, 2 and so on. */
-static inline ivec ivec_count(void)
+/* Points k, k + 4, k + 8 and k + 12, four numbers each, of which the last is 0. */
+static inline vec points_row(const float *from, size_t pitch, uint32_t k, uint32_t last)
 {
-    return _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    __m128 point[4];
+    for (uint32_t j = 0; j < 4; j++, k += 4)
+        point[j] = _mm_maskz_loadu_ps(7, from + (k < last ? k : last) * pitch);
+    const __m256 low = _mm256_insertf128_ps(_mm256_castps128_ps256(point[0]), point[1], 1);
+    const __m256 high = _mm256_insertf128_ps(_mm256_castps128_ps256(point[2]), point[3], 1);
+    return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
+}
+
+/* x, y and z of points 0 .. LANES - 1; of those past `last` its own. */
+static inline void points_load(vec p[3], const float *from, size_t pitch, uint32_t last)
+{
+    vec row[4];
+    for (uint32_t k = 0; k < 4; k++) row[k] = points_row(from, pitch, k, last);
+    const __m512d xy[2] = {_mm512_castps_pd(_mm512_unpacklo_ps(row[0], row[1])),
+                           _mm512_castps_pd(_mm512_unpacklo_ps(row[2], row[3]))};
+    const __m512d z[2] = {_mm512_castps_pd(_mm512_unpackhi_ps(row[0], row[1])),
+                          _mm512_castps_pd(_mm512_unpackhi_ps(row[2], row[3]))};
+    p[0] = _mm512_castpd_ps(_mm512_unpacklo_pd(xy[0], xy[1]));
+    p[1] = _mm512_castpd_ps(_mm512_unpackhi_pd(xy[0], xy[1]));
+    p[2] = _mm512_castpd_ps(_mm512_unpacklo_pd(z[0], z[1]));
+}
+
+/* A bit for each point whose cell is not that of the point before; the first's says nothing. */
+static inline uint32_t ivec_changes(const ivec low[3])
+{
+    ivec differs = _mm512_setzero_si512();
+    for (int a = 0; a < 3; a++)
+        differs = _mm512_ternarylogic_epi32(
+            differs, low[a], _mm512_alignr_epi32(low[a], low[a], LANES - 1), 0xF6); /* | ^ */
+    return _mm512_test_epi32_mask(differs, differs);
 }
 
 /* The first n lanes. */
@@ -59,15 +78,12 @@ static inline vec pairs_set1(const float *from)
     return _mm512_castpd_ps(_mm512_set1_pd(*(const double *)(const void *)from));
 }
 
-static inline half ivec_half(ivec x, int i)
+/* One pair for all points but the first n. */
+static inline vec pairs_set_rest(vec x, uint32_t n, const float *from)
 {
-    return i ? _mm512_extracti64x4_epi64(x, 1) : _mm512_castsi512_si256(x);
-}
-
-/* The pairs at entries. */
-static inline vec pairs_gather(const float *from, half entry)
-{
-    return _mm512_castpd_ps(_mm512_i32gather_pd(entry, from, 8));
+    const __m128d pair = _mm_load_sd((const double *)(const void *)from);
+    const __mmask8 rest = (__mmask8)(0xFFu << n);
+    return _mm512_castpd_ps(_mm512_mask_broadcastsd_pd(_mm512_castps_pd(x), rest, pair));
 }
 
 /* Each number of one half of the lanes twice. */

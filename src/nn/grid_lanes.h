@@ -5,12 +5,12 @@
  *
  *   LANES, PAIRS   floats per vector; pairs of floats per vector, half of them
  *   vec, ivec      vectors of floats and of integers of 32 bits
-   half           half an ivec, the integers of PAIRS points
-   and the operations used below
+ *   and the operations used below
  *
  * A lane is a point while entries are looked for. The two numbers of an entry come as one load of
  * 64 bits, so that a vector then holds the pairs of PAIRS points; PAIRS levels of them, transposed,
- * are rows of the tile.
+ * are rows of the tile. Entries of PAIRS levels are all found before the first value is loaded:
+ * otherwise mixtures that wait for their values keep the processor from going ahead.
  */
 
 #include <stdbool.h>
@@ -24,14 +24,8 @@ enum { HALVES = LANES / PAIRS };
 /* The positions of points first .. first + LANES - 1, within the cube; past the end the last. */
 INLINE void load_points(vec p[3], const float *positions, size_t pitch, uint32_t first, uint32_t n)
 {
-    const ivec point = ivec_min(ivec_count(), ivec_set1((int)(n - 1 - first)));
-    const ivec at = ivec_mul(point, ivec_set1((int)pitch));
-    const float *from = positions + first * pitch;
-    EACH(a, 3)
-    {
-        vec x = vec_gather(from + a, at);
-        p[a] = vec_min(vec_max(x, vec_set1(0.0f)), vec_set1(GRID_MOST));
-    }
+    points_load(p, positions + first * pitch, pitch, n - 1 - first);
+    EACH(a, 3) p[a] = vec_min(vec_max(p[a], vec_set1(0.0f)), vec_set1(GRID_MOST));
 }
 
 /* One level of a grid. */
@@ -39,6 +33,7 @@ struct level {
     float n; /* cells along an edge */
     uint32_t edge, mask;
     bool is_hashed;
+    size_t at; /* its values, floats into the table */
 };
 
 static struct level level_of(const struct grid *g, uint32_t index)
@@ -46,7 +41,8 @@ static struct level level_of(const struct grid *g, uint32_t index)
     return (struct level){.n = (float)g->n_cells[index],
                           .edge = g->n_cells[index] + 1,
                           .mask = g->n_entries[index] - 1,
-                          .is_hashed = grid_is_hashed(g, index)};
+                          .is_hashed = grid_is_hashed(g, index),
+                          .at = g->at[index]};
 }
 
 /* The lower vertex of each point's cell, and how far in it the point is. */
@@ -60,63 +56,54 @@ INLINE void find_low(const struct level *l, const vec p[3], ivec low[3], vec f[3
     }
 }
 
-/* The hashed entries of the eight vertices, of a half's points. */
-INLINE void hash(const struct level *l, const half low[3], half entry[8])
+/* Entries of the vertices of LANES points' cells. */
+typedef uint32_t entries[8][LANES] __attribute__((aligned(64)));
+
+/* In a hashed level each vertex has its own entry; in a dense one they lie vertex_step(l, k) after
+ * the first, and only that is found. */
+INLINE void find_entries(const bool is_hashed, const struct level *l, const ivec low[3],
+                         entries entry)
 {
-    const half ky = half_set1((int)GRID_HASH_Y), kz = half_set1((int)GRID_HASH_Z);
-    const half mask = half_set1((int)l->mask);
-    half x[2] = {low[0], half_add(low[0], half_set1(1))};
-    half y[2] = {half_mul(low[1], ky)}, z[2] = {half_mul(low[2], kz)};
-    y[1] = half_add(y[0], ky);
-    z[1] = half_add(z[0], kz);
-    EACH(k, 8) entry[k] = half_xor_and(x[k & 1], half_xor(y[k >> 1 & 1], z[k >> 2]), mask);
+    if (!is_hashed) {
+        const ivec edge = ivec_set1((int)l->edge);
+        ivec_store(entry[0],
+                   ivec_add(low[0], ivec_mul(edge, ivec_add(low[1], ivec_mul(edge, low[2])))));
+        return;
+    }
+    const ivec ky = ivec_set1((int)GRID_HASH_Y), kz = ivec_set1((int)GRID_HASH_Z);
+    const ivec mask = ivec_set1((int)l->mask);
+    ivec x[2] = {low[0], ivec_add(low[0], ivec_set1(1))};
+    ivec y[2] = {ivec_mul(low[1], ky)}, z[2] = {ivec_mul(low[2], kz)};
+    y[1] = ivec_add(y[0], ky);
+    z[1] = ivec_add(z[0], kz);
+    EACH(k, 8)
+    ivec_store(entry[k], ivec_xor_and(x[k & 1], ivec_xor(y[k >> 1 & 1], z[k >> 2]), mask));
 }
 
-/* The first entry of a dense array; vertex k lies dense_step(l, k) entries on. */
-INLINE half dense(const struct level *l, const half low[3])
-{
-    const half edge = half_set1((int)l->edge);
-    return half_add(low[0], half_mul(edge, half_add(low[1], half_mul(edge, low[2]))));
-}
-
-INLINE size_t dense_step(const struct level *l, int k)
+INLINE size_t vertex_step(const struct level *l, int k)
 {
     return (size_t)(k & 1) + (size_t)l->edge * ((size_t)(k >> 1 & 1) + (size_t)l->edge * (k >> 2));
 }
 
-/* Whether all points of a half are in one cell: pixels side by side often are, on coarse levels. */
-INLINE bool is_shared(const half low[3])
+/* The value of vertex k of one point's cell. */
+INLINE const float *vertex_value(const bool is_hashed, const struct level *l, const float *values,
+                                 entries entry, uint32_t point, int k)
 {
-    return half_is_same(
-        half_or(half_differs(low[0]), half_or(half_differs(low[1]), half_differs(low[2]))));
+    const size_t at = is_hashed ? entry[k][point] : entry[0][point] + vertex_step(l, k);
+    return values + at * GRID_FEATURES;
 }
 
-/* The values of the eight vertices of the cell that all points of a half share. */
-INLINE void load_shared(const bool is_hashed, const struct level *l, const float *values,
-                        const half low[3], vec v[8])
+/* The values of the eight vertices of the cells of PAIRS points from `first` on. `runs` has a bit
+ * for the first point of each run in one cell: one load serves a run, as pixels side by side often
+ * share cells, and loads one by one are no slower than gathering where they do not. */
+INLINE void load_values(const bool is_hashed, const struct level *l, const float *values,
+                        entries entry, uint32_t first, uint32_t runs, vec v[8])
 {
-    const uint32_t x = half_first(low[0]), y = half_first(low[1]), z = half_first(low[2]);
-    const uint32_t ky = is_hashed ? GRID_HASH_Y : l->edge;
-    const uint32_t kz = is_hashed ? GRID_HASH_Z : l->edge * l->edge;
-    EACH(k, 8)
-    {
-        const uint32_t xk = x + (k & 1), yk = (y + (k >> 1 & 1)) * ky, zk = (z + (k >> 2)) * kz;
-        const uint32_t entry = is_hashed ? (xk ^ yk ^ zk) & l->mask : xk + yk + zk;
-        v[k] = pairs_set1(values + (size_t)entry * GRID_FEATURES);
-    }
-}
-
-/* The same where they do not. */
-INLINE void load_each(const bool is_hashed, const struct level *l, const float *values,
-                      const half low[3], vec v[8])
-{
-    if (is_hashed) {
-        half entry[8];
-        hash(l, low, entry);
-        EACH(k, 8) v[k] = pairs_gather(values, entry[k]);
-    } else {
-        const half entry = dense(l, low);
-        EACH(k, 8) v[k] = pairs_gather(values + GRID_FEATURES * dense_step(l, k), entry);
+    EACH(k, 8) v[k] = pairs_set1(vertex_value(is_hashed, l, values, entry, first, k));
+    while (runs &= runs - 1) {
+        const uint32_t n = (uint32_t)__builtin_ctz(runs);
+        EACH(k, 8)
+        v[k] = pairs_set_rest(v[k], n, vertex_value(is_hashed, l, values, entry, first + n, k));
     }
 }
 
@@ -126,25 +113,38 @@ INLINE vec mix(vec a, vec b, vec f)
     return vec_fma(f, vec_sub(b, a), a);
 }
 
+/* Where LANES points are in one level. */
+struct places {
+    entries entry;
+    float f[3][LANES] __attribute__((aligned(64)));
+    uint32_t changes; /* ivec_changes() */
+};
+
+INLINE void find_places(const struct level *l, const vec p[3], struct places *to)
+{
+    ivec low[3];
+    vec f[3];
+    find_low(l, p, low, f);
+    if (l->is_hashed)
+        find_entries(true, l, low, to->entry);
+    else
+        find_entries(false, l, low, to->entry);
+    EACH(a, 3) vec_store(to->f[a], f[a]);
+    to->changes = ivec_changes(low);
+}
+
 /* out [HALVES]: the pairs of all points. */
 INLINE void encode_level(const bool is_hashed, const struct level *l, const float *values,
-                         const vec p[3], vec *out)
+                         struct places *at, vec *out)
 {
-    ivec lows[3];
-    vec f[3];
-    find_low(l, p, lows, f);
     EACH(i, HALVES)
     {
+        const uint32_t runs = (at->changes >> i * PAIRS & ((1u << PAIRS) - 1)) | 1;
         vec v[8];
-        half low[3];
-        EACH(a, 3) low[a] = ivec_half(lows[a], i);
-        if (is_shared(low))
-            load_shared(is_hashed, l, values, low, v);
-        else
-            load_each(is_hashed, l, values, low, v);
+        load_values(is_hashed, l, values, at->entry, i * PAIRS, runs, v);
         EACH(a, 3)
         {
-            const vec fa = pairs_repeat(f[a], i);
+            const vec fa = pairs_repeat(vec_load(at->f[a]), i);
             EACH(k, 4 >> a) v[k] = mix(v[2 * k], v[2 * k + 1], fa);
         }
         out[i] = v[0];
@@ -179,20 +179,23 @@ INLINE void store_pairs(const struct grid_encode *a, uint32_t row, uint32_t n_ro
 static void encode(const struct grid_encode *a)
 {
     const struct grid *g = a->grid;
+    struct level levels[GRID_MAX_LEVELS];
+    for (uint32_t i = 0; i < g->n_levels; i++) levels[i] = level_of(g, i);
     for (uint32_t r = 0; r < a->n; r += LANES) {
         vec p[3];
         load_points(p, a->positions, a->pitch, r, a->n);
         for (uint32_t first = 0; first < g->n_levels; first += PAIRS) {
             const uint32_t rest = g->n_levels - first, n_levels = rest < PAIRS ? rest : PAIRS;
+            struct places places[PAIRS];
             vec pairs[HALVES][PAIRS];
+            for (uint32_t i = 0; i < n_levels; i++) find_places(&levels[first + i], p, &places[i]);
             for (uint32_t i = 0; i < n_levels; i++) {
-                const struct level l = level_of(g, first + i);
+                const struct level *l = &levels[first + i];
                 vec out[HALVES];
-                const float *values = a->table + g->at[first + i];
-                if (l.is_hashed)
-                    encode_level(true, &l, values, p, out);
+                if (l->is_hashed)
+                    encode_level(true, l, a->table + l->at, &places[i], out);
                 else
-                    encode_level(false, &l, values, p, out);
+                    encode_level(false, l, a->table + l->at, &places[i], out);
                 EACH(k, HALVES) pairs[k][i] = out[k];
             }
             for (uint32_t i = n_levels; i < PAIRS; i++)
@@ -215,24 +218,13 @@ static void back(const struct grid_back *a)
     const struct level l = level_of(a->grid, a->level);
     for (uint32_t r = 0; r < a->n; r += LANES) {
         const uint32_t n = a->n - r < LANES ? a->n - r : LANES;
-        uint32_t entry[8][LANES] __attribute__((aligned(64)));
+        entries entry;
         float weight[8][LANES] __attribute__((aligned(64)));
         vec p[3], f[3], rest[3];
-        ivec lows[3];
+        ivec low[3];
         load_points(p, a->positions, a->pitch, r, a->n);
-        find_low(&l, p, lows, f);
-        EACH(i, HALVES)
-        {
-            half low[3], entries[8];
-            EACH(c, 3) low[c] = ivec_half(lows[c], i);
-            if (l.is_hashed) {
-                hash(&l, low, entries);
-            } else {
-                const half first = dense(&l, low);
-                EACH(k, 8) entries[k] = half_add(first, half_set1((int)dense_step(&l, k)));
-            }
-            EACH(k, 8) half_store(entry[k] + i * PAIRS, entries[k]);
-        }
+        find_low(&l, p, low, f);
+        find_entries(l.is_hashed, &l, low, entry);
         EACH(c, 3) rest[c] = vec_sub(vec_set1(1.0f), f[c]);
         EACH(k, 8)
         {
@@ -245,7 +237,8 @@ static void back(const struct grid_back *a)
                 (const double *)(const void *)(a->d + (size_t)(r + i) * GRID_FEATURES)));
             EACH(k, 8)
             {
-                double *to = (double *)(void *)(a->gradient + (size_t)entry[k][i] * GRID_FEATURES);
+                const size_t at = l.is_hashed ? entry[k][i] : entry[0][i] + vertex_step(&l, k);
+                double *to = (double *)(void *)(a->gradient + at * GRID_FEATURES);
                 const __m128 sum = _mm_castpd_ps(_mm_load_sd(to));
                 _mm_store_sd(to, _mm_castps_pd(_mm_fmadd_ps(_mm_set1_ps(weight[k][i]), d, sum)));
             }

@@ -32,12 +32,14 @@ static bool has(size_t set)
     return (cpu_detect() & sets[set].needs) == sets[set].needs;
 }
 
-/* Some on the cube's faces, some beyond, some no numbers. */
+/* Some on the cube's faces, some beyond, some no numbers; half of them side by side, as pixels. */
 static void fill_positions(float positions[N_MOST][PITCH])
 {
     struct rng r = rng_keyed(1, 2, 3);
     for (int i = 0; i < N_MOST; i++)
-        for (int k = 0; k < PITCH; k++) positions[i][k] = 1.1f * rng_float(&r) - 0.05f;
+        for (int k = 0; k < PITCH; k++)
+            positions[i][k] = i < N_MOST / 2 ? 1.1f * rng_float(&r) - 0.05f
+                                             : positions[i - 1][k] + 0.02f * rng_float(&r);
     const float odd[] = {0.0f, 1.0f, 0x1.fffffep-1f, -3.0f, 7.0f, INFINITY, -INFINITY, NAN};
     for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) positions[i][i % 3] = odd[i];
 }

@@ -117,9 +117,9 @@ void field_render_groups(struct field *f, const struct field_run *runs, uint32_t
  * leave the cache: field_begin() sets the configuration v [D] and whether products may be rounded
  * where that is faster (rounded.h), then each field_render_part() works on the calling thread,
  * which is `worker` of that loop. run->v is not read. Parts of a multiple of FIELD_PART pixels
- * leave no lanes empty.
+ * leave no lanes empty: whole vectors of points in the grids, whole blocks of rows in the layers.
  */
-enum { FIELD_PART = 128 };
+enum { FIELD_PART = 144 };
 
 void field_begin(struct field *f, const float *v, bool may_round);
 void field_render_part(const struct field *f, uint32_t worker, const struct field_run *run,

@@ -8,7 +8,7 @@
 #include "base/pool.h"
 #include "train/inputs.h"
 
-/* Tiles of the picture, those of tracing: parts of a multiple of FIELD_PART pixels. */
+/* Tiles of the picture, those of tracing. */
 enum { TILE = 32, TILE_PIXELS = TILE * TILE, TILES_PER_WORKER = 32 };
 
 /* Takes `count` zeroed floats and counts them. */

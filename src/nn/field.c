@@ -311,7 +311,10 @@ void field_forward(const struct field *f, const struct worker *w, const float *b
             .linear = is_output,
             .scratch = w->scratch,
         };
-        (rounded ? rounded->forward : f->kernels.forward)(&a);
+        if (rounded)
+            rounded->forward(&a, l == 0);
+        else
+            f->kernels.forward(&a);
     }
 }
 

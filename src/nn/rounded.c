@@ -47,21 +47,40 @@ void nn_rounded_pack(float *packed, const float *w, size_t ld, uint32_t n_out, u
         }
 }
 
+/* One of a row's features, [PANEL] floats or pairs. */
+static float read_feature(const float *row, uint32_t k, bool is_pair)
+{
+    if (!is_pair) return nn_round(row[k]);
+    const uint32_t pair = bits_of(row[k / 2]);
+    return float_of(k % 2 ? pair & ~CUT : pair << 16);
+}
+
+static void write_feature(float *row, uint32_t k, bool is_pair, float x)
+{
+    if (!is_pair) {
+        row[k] = x;
+        return;
+    }
+    const uint32_t bits = bits_of(nn_round(x)), before = k % 2 ? bits_of(row[k / 2]) : 0;
+    const uint32_t pair = k % 2 ? before | bits : bits >> 16;
+    memcpy(row + k / 2, &pair, sizeof pair);
+}
+
 /* What the fast one is held against. */
-static void forward(const struct nn_forward *a)
+static void forward(const struct nn_forward *a, bool is_first)
 {
     enum { PANEL = NN_ROUNDED_PANEL };
-    for (uint32_t o = 0; o < a->n_out; o++) {
-        const float *w = a->w + o / PANEL * nn_rounded_count(a->n_in) + o % PANEL;
-        for (size_t r = 0; r < a->n_rows; r++) {
+    for (size_t r = 0; r < a->n_rows; r++) {
+        const float *x = a->x + r * PANEL;
+        float *y = a->y + r * PANEL;
+        for (uint32_t o = 0; o < a->n_out; o++) {
+            const float *w = a->w + o / PANEL * nn_rounded_count(a->n_in) + o % PANEL;
             float sum = a->b[o];
-            for (uint32_t k = 0; k < a->n_in; k++) {
-                const uint32_t pair = bits_of(w[k / 2 * PANEL]);
-                const float x = nn_round(a->x[k / PANEL * a->stride + r * PANEL + k % PANEL]);
-                sum += x * float_of(k % 2 ? pair & ~CUT : pair << 16);
-            }
+            for (uint32_t k = 0; k < a->n_in; k++)
+                sum += read_feature(x + k / PANEL * a->stride, k % PANEL, !is_first) *
+                       read_feature(w + k / 2 * PANEL, k % 2, true);
             if (!a->linear && sum < 0.0f) sum *= NN_SLOPE;
-            a->y[o / PANEL * a->stride + r * PANEL + o % PANEL] = sum;
+            write_feature(y + o / PANEL * a->stride, o % PANEL, !a->linear, sum);
         }
     }
 }

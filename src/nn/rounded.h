@@ -10,13 +10,15 @@
  * that can be measured is left of it in a picture (docs/algorithm.md). AVX-512-BF16 multiplies two
  * such pairs where it multiplies one of floats.
  *
- * Tiles are those of nn_kernels, panels of 64 features in floats; weights are packed as pairs of
- * rows, w [(n_in + 1) / 2][64] of two BF16 each, the earlier one in the lower half.
+ * Weights are packed as pairs of rows, w [(n_in + 1) / 2][64] of two BF16 each, the earlier one in
+ * the lower half. Tiles are those of nn_kernels, panels of 64 features: the network's inputs and
+ * outputs in floats; between its layers such pairs, in the first half of each row of a panel.
  */
 struct nn_rounded {
     const char *name;
-    /* As nn_kernels.forward(), of a->w by nn_rounded_pack(); n_q is 0. */
-    void (*forward)(const struct nn_forward *a);
+    /* As nn_kernels.forward(), of a->w by nn_rounded_pack(); n_q is 0. a->x are floats if is_first,
+     * a->y if a->linear, else pairs. */
+    void (*forward)(const struct nn_forward *a, bool is_first);
     double (*peak)(uint64_t n); /* as nn_kernels.peak(), of pairs */
 };
 

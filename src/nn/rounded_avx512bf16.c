@@ -12,6 +12,12 @@ typedef __m512 block[ROWS][VECTORS];
 #define EACH_ROW    UNROLL for (int i = 0; i < ROWS; i++)
 #define EACH_VECTOR UNROLL for (int j = 0; j < n_vectors; j++)
 
+/* 2 * LANES floats as pairs. */
+INLINE __m512i round_vectors(__m512 low, __m512 high)
+{
+    return (__m512i)_mm512_cvtne2ps_pbh(high, low);
+}
+
 /* The first n features of a panel, row by row, as pairs. */
 INLINE void round_rows(const float *x, uint32_t n, uint32_t pairs[ROWS][PAIRS])
 {
@@ -19,54 +25,79 @@ INLINE void round_rows(const float *x, uint32_t n, uint32_t pairs[ROWS][PAIRS])
     {
         const float *row = x + i * PANEL;
         UNROLL for (int half = 0; half < 2; half++, row += 2 * LANES)
-        {
-            const __m512bh rounded = _mm512_cvtne2ps_pbh(_mm512_load_ps(row + LANES),
-                                                         _mm512_load_ps(row));
-            _mm512_store_si512(pairs[i] + half * LANES, (__m512i)rounded);
-        }
+            _mm512_store_si512(pairs[i] + half * LANES,
+                               round_vectors(_mm512_load_ps(row), _mm512_load_ps(row + LANES)));
         if (n % 2) pairs[i][n / 2] &= 0xFFFF; /* what follows the last may be anything */
     }
 }
 
-INLINE void forward_panel(const int n_vectors, const struct nn_forward *a, const float *w,
-                          const float *b, float *y)
+/* One row of outputs, activated and as pairs if another layer follows. */
+INLINE void store_row(const int n_vectors, bool linear, const __m512 sum[VECTORS], float *to)
 {
-    const __m512 slope = _mm512_set1_ps(a->linear ? 1.0f : NN_SLOPE);
+    if (linear) {
+        EACH_VECTOR _mm512_store_ps(to + j * LANES, sum[j]);
+        return;
+    }
+    const __m512 slope = _mm512_set1_ps(NN_SLOPE);
+    __m512 y[VECTORS + 1] = {0};
+    EACH_VECTOR y[j] = _mm512_max_ps(sum[j], _mm512_mul_ps(sum[j], slope));
+    UNROLL for (int j = 0; j < n_vectors; j += 2)
+        _mm512_store_si512(to + j * LANES / 2, round_vectors(y[j], y[j + 1]));
+}
+
+INLINE void forward_panel(const int n_vectors, const bool is_first, const bool linear,
+                          const struct nn_forward *a, const float *w, const float *b, float *y)
+{
+    enum { PITCH_FIRST = PAIRS, PITCH = PANEL };
+    const uint32_t pitch = is_first ? PITCH_FIRST : PITCH;
     for (size_t r = 0; r < a->n_rows; r += ROWS) {
         block sum;
         const float *wk = w;
         EACH_ROW EACH_VECTOR sum[i][j] = _mm512_load_ps(b + j * LANES);
         for (uint32_t k = 0; k < a->n_in; k += PANEL) {
-            uint32_t pairs[ROWS][PAIRS] __attribute__((aligned(64)));
+            uint32_t rounded[ROWS][PAIRS] __attribute__((aligned(64)));
             const uint32_t n = a->n_in - k < PANEL ? a->n_in - k : PANEL;
-            round_rows(a->x + k / PANEL * a->stride + r * PANEL, n, pairs);
+            const float *x = a->x + k / PANEL * a->stride + r * PANEL;
+            const int32_t *pairs = (const int32_t *)(const void *)x;
+            if (is_first) {
+                round_rows(x, n, rounded);
+                pairs = (const int32_t *)rounded[0];
+            }
             UNROLL_BY4 for (uint32_t p = 0; p < (n + 1) / 2; p++, wk += PANEL)
             {
                 __m512bh weights[VECTORS];
                 EACH_VECTOR weights[j] = (__m512bh)_mm512_load_si512(wk + j * LANES);
                 EACH_ROW
                 {
-                    const __m512bh x = (__m512bh)_mm512_set1_epi32((int)pairs[i][p]);
-                    EACH_VECTOR sum[i][j] = _mm512_dpbf16_ps(sum[i][j], x, weights[j]);
+                    const __m512bh pair = (__m512bh)_mm512_set1_epi32(pairs[i * pitch + p]);
+                    EACH_VECTOR sum[i][j] = _mm512_dpbf16_ps(sum[i][j], pair, weights[j]);
                 }
             }
         }
-        float *to = y + r * PANEL;
-        EACH_ROW EACH_VECTOR _mm512_store_ps(
-            to + i * PANEL + j * LANES, _mm512_max_ps(sum[i][j], _mm512_mul_ps(sum[i][j], slope)));
+        EACH_ROW store_row(n_vectors, linear, sum[i], y + (r + (size_t)i) * PANEL);
     }
 }
 
-static void forward(const struct nn_forward *a)
+INLINE void forward_layer(const bool is_first, const bool linear, const struct nn_forward *a)
 {
     for (uint32_t first = 0; first < a->n_out; first += PANEL) {
         const float *w = a->w + first / PANEL * nn_rounded_count(a->n_in), *b = a->b + first;
         float *y = a->y + first / PANEL * a->stride;
         if (a->n_out - first <= LANES) /* outputs; lanes past the end may be written */
-            forward_panel(1, a, w, b, y);
+            forward_panel(1, is_first, linear, a, w, b, y);
         else
-            forward_panel(VECTORS, a, w, b, y);
+            forward_panel(VECTORS, is_first, linear, a, w, b, y);
     }
+}
+
+static void forward(const struct nn_forward *a, bool is_first)
+{
+    if (is_first)
+        forward_layer(true, a->linear, a);
+    else if (a->linear)
+        forward_layer(false, true, a);
+    else
+        forward_layer(false, false, a);
 }
 
 static double peak(uint64_t n)

@@ -2,7 +2,7 @@
 # The front door. Each target is a short script of scripts/; CMake presets do the building.
 export PATH
 
-.PHONY: help deps build demo test bench results lint check-long peers references check-peers check-viewer bench-error bench-denoiser bench-learn bench-ablation bench-view sheets install clean
+.PHONY: help deps build demo test bench results lint check-long peers references check-peers check-viewer bench-error bench-denoiser bench-learn bench-ablation bench-view screenshots sheets install clean
 
 help:
 	@echo 'make deps         install the Debian packages of packages.txt, when some are missing'
@@ -22,6 +22,7 @@ help:
 	@echo 'make references   regenerate the small reference files of the tests from the peers'
 	@echo 'make check-peers  compare images, gradients and metrics with the peers afresh'
 	@echo 'make check-viewer  the viewer used for an hour, and ten minutes of a fuzzer under ASan+UBSan'
+	@echo 'make screenshots  the viewer in a real page, into docs/results'
 	@echo 'make sheets       the shared scenes beside Mitsuba and Tungsten, into docs/results'
 	@echo 'make install      into PREFIX=/usr/local, with DESTDIR'
 	@echo 'make clean        remove build/'
@@ -69,6 +70,9 @@ check-viewer: build
 	@cmake --preset asan >/dev/null && cmake --build --preset asan --target fuzz_messages
 	@build/asan/tests/viewer/fuzz_messages 600
 	@/usr/bin/python3 tests/viewer/hour.py build/release/lumenaut
+
+screenshots: build
+	@/usr/bin/python3 scripts/screenshots.py
 
 sheets: build peers
 	@.venv/bin/python scripts/peers/sheets.py

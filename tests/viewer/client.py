@@ -189,6 +189,17 @@ class Viewer:
         self.process.terminate()
         self.process.communicate(timeout=20)
 
+    def rest(self, seconds=30):
+        """Until it works no more: its processor time stands still."""
+        def used():
+            with open(f"/proc/{self.process.pid}/stat", encoding="ascii") as f:
+                words = f.read().rsplit(")", 1)[1].split()
+            return int(words[11]) + int(words[12])
+        end, before, now = time.monotonic() + seconds, -1, used()
+        while now != before and time.monotonic() < end:
+            time.sleep(0.3)
+            before, now = now, used()
+
     def size(self):
         """Bytes of memory, and open descriptors."""
         with open(f"/proc/{self.process.pid}/statm", encoding="ascii") as f:

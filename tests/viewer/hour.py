@@ -64,7 +64,7 @@ def main():
         with Viewer(lumenaut, "m.lmn", "--scene", SCENE) as v:
             for i in range(SAMPLES):
                 n += use(v.port, draw, seconds / SAMPLES)
-                time.sleep(0.2)
+                v.rest()
                 sizes.append(v.size())
                 if i % 4 == 3:
                     print(f"{(i + 1) * seconds / SAMPLES:6.0f} s  {n:6} pictures  {sizes[-1][0] / 2**20:7.1f} MiB  "

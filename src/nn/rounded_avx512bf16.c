@@ -18,16 +18,19 @@ INLINE __m512i round_vectors(__m512 low, __m512 high)
     return (__m512i)_mm512_cvtne2ps_pbh(high, low);
 }
 
-/* The first n features of a panel, row by row, as pairs. */
-INLINE void round_rows(const float *x, uint32_t n, uint32_t pairs[ROWS][PAIRS])
+/* The first n features of a panel, row by row, as pairs; then zeros: what follows may be anything.
+ */
+INLINE void round_rows(const float *x, uint32_t n, float pairs[ROWS][PAIRS])
 {
+    const uint64_t there = n < PANEL ? (UINT64_C(1) << n) - 1 : UINT64_MAX;
     EACH_ROW
     {
         const float *row = x + i * PANEL;
-        UNROLL for (int half = 0; half < 2; half++, row += 2 * LANES)
-            _mm512_store_si512(pairs[i] + half * LANES,
-                               round_vectors(_mm512_load_ps(row), _mm512_load_ps(row + LANES)));
-        if (n % 2) pairs[i][n / 2] &= 0xFFFF; /* what follows the last may be anything */
+        __m512 v[VECTORS];
+        UNROLL for (int j = 0; j < VECTORS; j++)
+            v[j] = _mm512_maskz_load_ps((__mmask16)(there >> j * LANES), row + j * LANES);
+        _mm512_store_si512(pairs[i], round_vectors(v[0], v[1]));
+        _mm512_store_si512(pairs[i] + LANES, round_vectors(v[2], v[3]));
     }
 }
 
@@ -48,28 +51,24 @@ INLINE void store_row(const int n_vectors, bool linear, const __m512 sum[VECTORS
 INLINE void forward_panel(const int n_vectors, const bool is_first, const bool linear,
                           const struct nn_forward *a, const float *w, const float *b, float *y)
 {
-    enum { PITCH_FIRST = PAIRS, PITCH = PANEL };
-    const uint32_t pitch = is_first ? PITCH_FIRST : PITCH;
+    const uint32_t pitch = is_first ? PAIRS : PANEL; /* of rows of pairs */
     for (size_t r = 0; r < a->n_rows; r += ROWS) {
         block sum;
         const float *wk = w;
         EACH_ROW EACH_VECTOR sum[i][j] = _mm512_load_ps(b + j * LANES);
         for (uint32_t k = 0; k < a->n_in; k += PANEL) {
-            uint32_t rounded[ROWS][PAIRS] __attribute__((aligned(64)));
+            float rounded[ROWS][PAIRS] __attribute__((aligned(64)));
             const uint32_t n = a->n_in - k < PANEL ? a->n_in - k : PANEL;
             const float *x = a->x + k / PANEL * a->stride + r * PANEL;
-            const int32_t *pairs = (const int32_t *)(const void *)x;
-            if (is_first) {
-                round_rows(x, n, rounded);
-                pairs = (const int32_t *)rounded[0];
-            }
+            if (is_first) round_rows(x, n, rounded);
+            const float *pairs = is_first ? rounded[0] : x;
             UNROLL_BY4 for (uint32_t p = 0; p < (n + 1) / 2; p++, wk += PANEL)
             {
                 __m512bh weights[VECTORS];
                 EACH_VECTOR weights[j] = (__m512bh)_mm512_load_si512(wk + j * LANES);
                 EACH_ROW
                 {
-                    const __m512bh pair = (__m512bh)_mm512_set1_epi32(pairs[i * pitch + p]);
+                    const __m512bh pair = (__m512bh)_mm512_set1_ps(pairs[i * pitch + p]);
                     EACH_VECTOR sum[i][j] = _mm512_dpbf16_ps(sum[i][j], pair, weights[j]);
                 }
             }

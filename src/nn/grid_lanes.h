@@ -248,18 +248,27 @@ static void back(const struct grid_back *a)
 
 /* ---- Features ---- */
 
-/* Pieces of the tile's lines: a vector of the tile never crosses panels. */
+/* Pieces of the tile's rows, a few at a time: a vector of the tile never crosses panels. */
 static void spread(const struct grid_spread *a)
 {
+    enum { PIECES = 8 };
     for (uint32_t k = 0; k < a->count;) {
-        const uint32_t feature = a->first + k, in_vector = feature % LANES;
-        const uint32_t room = LANES - in_vector, left = a->count - k;
-        const uint32_t n = left < room ? left : room;
-        const vec_mask mask = vec_mask_first(n);
-        const float *from = a->rows + k;
-        float *to = a->tile + feature / a->panel * a->stride + feature % a->panel;
-        for (uint32_t r = 0; r < a->n; r++, from += a->count, to += a->panel)
-            vec_store_part(to, mask, vec_load_part(from, mask));
-        k += n;
+        size_t from[PIECES], to[PIECES];
+        vec_mask mask[PIECES];
+        uint32_t n_pieces = 0;
+        for (; n_pieces < PIECES && k < a->count; n_pieces++) {
+            const uint32_t feature = a->first + k, room = LANES - feature % LANES;
+            const uint32_t n = a->count - k < room ? a->count - k : room;
+            mask[n_pieces] = vec_mask_first(n);
+            from[n_pieces] = k;
+            to[n_pieces] = feature / a->panel * a->stride + feature % a->panel;
+            k += n;
+        }
+        for (uint32_t r = 0; r < a->n; r++) {
+            const float *row = a->rows + (size_t)r * a->count;
+            float *tile = a->tile + (size_t)r * a->panel;
+            for (uint32_t i = 0; i < n_pieces; i++)
+                vec_store_part(tile + to[i], mask[i], vec_load_part(row + from[i], mask[i]));
+        }
     }
 }

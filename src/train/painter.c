@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "train/painter.h"
 
+#include <stdatomic.h>
 #include <string.h>
 
 #include "base/clock.h"
@@ -9,7 +10,7 @@
 #include "train/inputs.h"
 
 /* Tiles of the picture, those of tracing. */
-enum { TILE = 32, TILE_PIXELS = TILE * TILE, TILES_PER_WORKER = 32 };
+enum { TILE = 32, TILE_PIXELS = TILE * TILE };
 
 /* Takes `count` zeroed floats and counts them. */
 static bool take(struct painter *p, size_t count, float **out)
@@ -106,8 +107,18 @@ struct painting {
     const struct trace_settings *settings;
     struct window window;
     struct image *image;
-    uint32_t first, columns; /* of the tiles now at work */
+    lmn_progress_fn *progress;
+    void *progress_user;
+    uint32_t columns, n_tiles;
+    atomic_uint n_done; /* tiles */
+    atomic_bool is_stopped;
 };
+
+/* Whether to stop. */
+static bool tell(struct painting *f, uint32_t n_done, uint32_t n)
+{
+    return f->progress && f->progress(f->progress_user, n_done, n) != 0;
+}
 
 /* ---- The compact network: tile by tile ---- */
 
@@ -166,14 +177,23 @@ static void add_buffers(float *sums, const float *buffers, size_t n, bool is_fir
         add_up(sums, buffers, is_first ? BUFFER_CHANNELS : BUFFER_SHAPE_ID, is_first);
 }
 
+/* Told after each tile of the calling thread's: nobody waits for it, and a stop comes soon. */
+static void count_tile(struct painting *f, uint32_t worker)
+{
+    const uint32_t n_done = atomic_fetch_add(&f->n_done, 1) + 1;
+    if (worker == 0 && n_done < f->n_tiles && tell(f, n_done, f->n_tiles))
+        atomic_store(&f->is_stopped, true);
+}
+
 static void paint_tile(void *ctx, uint32_t item, uint32_t worker)
 {
-    const struct painting *f = ctx;
+    struct painting *f = ctx;
+    if (atomic_load(&f->is_stopped)) return;
     struct painter *p = f->p;
     struct painter_desk *d = &p->desks[worker];
     const struct window *w = &f->window;
-    const uint32_t index = f->first + item, n_channels = f->image->n_channels;
-    const uint32_t x = index % f->columns * TILE, y = index / f->columns * TILE;
+    const uint32_t n_channels = f->image->n_channels;
+    const uint32_t x = item % f->columns * TILE, y = item / f->columns * TILE;
     const uint32_t spp = f->settings->spp;
     struct window tile = *w;
     tile.x += x;
@@ -208,36 +228,30 @@ static void paint_tile(void *ctx, uint32_t item, uint32_t worker)
                    color + i * tile.width * 3, buffers + i * tile.width * BUFFER_CHANNELS,
                    tile.width);
     d->other_ticks += clock_ticks() - start;
+    count_tile(f, worker);
 }
 
-/* In runs of tiles long enough to keep all workers busy. */
-static lmn_status paint_tiles(struct painting *f, lmn_progress_fn *progress, void *progress_user,
-                              struct error *err)
+static lmn_status paint_tiles(struct painting *f, struct error *err)
 {
     struct painter *p = f->p;
     const struct window *w = &f->window;
     const uint32_t rows = (w->height + TILE - 1) / TILE;
     f->columns = (w->width + TILE - 1) / TILE;
-    const uint32_t n = f->columns * rows;
-    const uint32_t run = progress ? TILES_PER_WORKER * p->n_desks : n;
+    f->n_tiles = f->columns * rows;
     for (uint32_t i = 0; i < p->n_desks; i++) {
         struct painter_desk *d = &p->desks[i];
         d->buffer_ticks = d->look_ticks = d->network_ticks = d->other_ticks = 0;
     }
     field_begin(p->network.field, p->v, true);
-    for (; f->first < n; f->first += run) {
-        const uint32_t n_items = n - f->first < run ? n - f->first : run;
-        pool_run(p->place->pool, n_items, paint_tile, f);
-        if (progress && progress(progress_user, f->first + n_items, n) != 0)
-            return fail(err, LMN_ERR_CANCELLED, "rendering was stopped");
-    }
+    pool_run(p->place->pool, f->n_tiles, paint_tile, f);
+    if (atomic_load(&f->is_stopped) || tell(f, f->n_tiles, f->n_tiles))
+        return fail(err, LMN_ERR_CANCELLED, "rendering was stopped");
     return LMN_OK;
 }
 
 /* ---- The paper's network: strip by strip ---- */
 
-static lmn_status paint_strips(const struct painting *f, lmn_progress_fn *progress,
-                               void *progress_user, struct error *err)
+static lmn_status paint_strips(struct painting *f, struct error *err)
 {
     struct painter *p = f->p;
     const struct window *w = &f->window;
@@ -256,8 +270,7 @@ static lmn_status paint_strips(const struct painting *f, lmn_progress_fn *progre
         put_pixels(f->image->data + (size_t)y * w->width * n_channels, n_channels, p->color,
                    p->buffers, n);
         y += strip.height;
-        if (progress && progress(progress_user, y, w->height) != 0)
-            return fail(err, LMN_ERR_CANCELLED, "rendering was stopped");
+        if (tell(f, y, w->height)) return fail(err, LMN_ERR_CANCELLED, "rendering was stopped");
     }
     return LMN_OK;
 }
@@ -301,11 +314,16 @@ lmn_status painter_render(struct painter *p, const float *u,
         powers_at(&p->network.sight->powers, view_state(p->view), p->lights);
     }
 
-    struct painting frame = {.p = p, .settings = &settings, .window = *w, .image = &im};
+    struct painting frame = {.p = p,
+                             .settings = &settings,
+                             .window = *w,
+                             .image = &im,
+                             .progress = progress,
+                             .progress_user = progress_user};
     if (p->network.field)
-        TRY(paint_tiles(&frame, progress, progress_user, err));
+        TRY(paint_tiles(&frame, err));
     else
-        TRY(paint_strips(&frame, progress, progress_user, err));
+        TRY(paint_strips(&frame, err));
     const double seconds = clock_wall_s() - start;
     const uint64_t ticks = clock_ticks() - start_ticks;
     if (render_s) *render_s = seconds;

@@ -8,7 +8,6 @@
 #define LANES 8
 
 typedef __m256 vec;
-typedef __m256i ivec;
 typedef __m256 vec_mask;  /* lanes' truth, */
 typedef __m256i vec_tail; /* and how many of them are in use */
 
@@ -20,30 +19,19 @@ typedef __m256i vec_tail; /* and how many of them are in use */
 #define vec_min(a, b)               _mm256_min_ps(a, b)
 #define vec_max(a, b)               _mm256_max_ps(a, b)
 #define vec_sqrt(x)                 _mm256_sqrt_ps(x)
-#define vec_gather(from, at)        _mm256_i32gather_ps(from, at, 4)
 #define vec_above(a, b)             _mm256_cmp_ps(a, b, _CMP_GT_OQ)
 #define vec_equal(a, b)             _mm256_cmp_ps(a, b, _CMP_EQ_OQ)
 #define vec_unequal(a, b)           _mm256_cmp_ps(a, b, _CMP_NEQ_UQ)
 #define vec_mask_or(a, b)           _mm256_or_ps(a, b)
 #define vec_where(mask, x)          _mm256_and_ps(mask, x)
+#define vec_load_part(from, tail)   _mm256_maskload_ps(from, tail)
 #define vec_store_part(to, tail, x) _mm256_maskstore_ps(to, tail, x)
-
-static inline ivec ivec_count(void)
-{
-    return _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-}
 
 /* The first n lanes. */
 static inline vec_tail vec_first(uint32_t n)
 {
-    return _mm256_cmpgt_epi32(_mm256_set1_epi32(n < LANES ? (int)n : LANES), ivec_count());
-}
-
-/* 0, step, 2 step and so on, the last ones `most` steps. */
-static inline ivec ivec_steps(int step, int most)
-{
-    return _mm256_mullo_epi32(_mm256_min_epi32(ivec_count(), _mm256_set1_epi32(most)),
-                              _mm256_set1_epi32(step));
+    return _mm256_cmpgt_epi32(_mm256_set1_epi32(n < LANES ? (int)n : LANES),
+                              _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
 }
 
 /* Within both halves, then across. */

@@ -8,7 +8,6 @@
 #define LANES 16
 
 typedef __m512 vec;
-typedef __m512i ivec;
 typedef __mmask16 vec_mask; /* lanes' truth, */
 typedef __mmask16 vec_tail; /* and how many of them are in use */
 
@@ -20,12 +19,12 @@ typedef __mmask16 vec_tail; /* and how many of them are in use */
 #define vec_min(a, b)               _mm512_min_ps(a, b)
 #define vec_max(a, b)               _mm512_max_ps(a, b)
 #define vec_sqrt(x)                 _mm512_sqrt_ps(x)
-#define vec_gather(from, at)        _mm512_i32gather_ps(at, from, 4)
 #define vec_above(a, b)             _mm512_cmp_ps_mask(a, b, _CMP_GT_OQ)
 #define vec_equal(a, b)             _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ)
 #define vec_unequal(a, b)           _mm512_cmp_ps_mask(a, b, _CMP_NEQ_UQ)
 #define vec_mask_or(a, b)           ((vec_mask)((a) | (b)))
 #define vec_where(mask, x)          _mm512_maskz_mov_ps(mask, x)
+#define vec_load_part(from, tail)   _mm512_maskz_loadu_ps(tail, from)
 #define vec_store_part(to, tail, x) _mm512_mask_storeu_ps(to, tail, x)
 
 /* The first n lanes. */
@@ -34,19 +33,11 @@ static inline vec_tail vec_first(uint32_t n)
     return n >= LANES ? 0xFFFF : (vec_tail)((1u << n) - 1);
 }
 
-/* 0, step, 2 step and so on, the last ones `most` steps. */
-static inline ivec ivec_steps(int step, int most)
-{
-    const ivec lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-    return _mm512_mullo_epi32(_mm512_min_epi32(lane, _mm512_set1_epi32(most)),
-                              _mm512_set1_epi32(step));
-}
-
 /* Pairs of vectors are zipped four times: each time the lanes' numbers turn by a bit. */
 static inline void transpose(vec to[LANES], const vec from[LANES])
 {
-    const ivec low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
-    const ivec high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
+    const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+    const __m512i high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
     vec spare[LANES];
     const vec *a = from;
     for (int pass = 0; pass < 4; pass++) {

@@ -104,11 +104,14 @@ KERNEL draw_independent(struct stream *s)
     uint32_t n = s->n;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) {
-        struct sampler r = sampler_lane(s, i, SAMPLER_INDEPENDENT, 0);
-        draw_pairs_lane(s, i, &r);
-        s->u[4][i] = sampler_next_1d(&r);
-        s->u[5][i] = sampler_next_1d(&r);
-        s->rng_state[i] = r.rng.state;
+        struct rng r = {s->rng_state[i], s->rng_stream[i]};
+        s->u[0][i] = rng_float(&r);
+        s->u[1][i] = rng_float(&r);
+        s->u[2][i] = rng_float(&r);
+        s->u[3][i] = rng_float(&r);
+        s->u[4][i] = rng_float(&r);
+        s->u[5][i] = rng_float(&r);
+        s->rng_state[i] = r.state;
     }
 }
 

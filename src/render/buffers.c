@@ -300,7 +300,8 @@ static void stage_flush(struct stage *s, const struct buffers_tile *tile)
     s->n = 0;
 }
 
-/* Adds whole blocks. What is the only sample and cut by nothing goes to memory in long rows. */
+/* Adds whole blocks. Of a large picture, what is the only sample and cut by nothing goes to memory
+ * in long rows. */
 static void add_blocks(const struct first_hits *f, const struct trace_settings *t,
                        const struct buffers_tile *tile)
 {
@@ -312,6 +313,12 @@ static void add_blocks(const struct first_hits *f, const struct trace_settings *
         const bool is_whole = place != SIZE_MAX && f->place[i + LANES - 1] != SIZE_MAX;
         if (!is_whole || t->spp > 1 || tile->chain) {
             for (uint32_t k = i; k < i + LANES; k++) add_one(f, t, tile, k);
+            continue;
+        }
+        if (!tile->is_large) { /* read again soon */
+            for (uint32_t row = 0; row < WIDTH; row++)
+                add_four(f, i + row * WIDTH,
+                         tile->to + (place + row * tile->stride) * BUFFER_CHANNELS);
             continue;
         }
         if (s.n > 0 && place != s.first + s.n) stage_flush(&s, tile);

@@ -14,7 +14,11 @@
  * Embree finds can depend on a packet's other rays in the last bit. Of more samples, a packet holds
  * samples of one pixel, as in streams, whose hits then serve for buffers too.
  */
-enum { BUFFERS_BLOCK = 4, BUFFERS_BLOCK_SPP = 8 }; /* blocks below so many samples */
+enum {
+    BUFFERS_BLOCK = 4,
+    BUFFERS_BLOCK_SPP = 8, /* blocks below so many samples */
+    BUFFERS_CACHED = 8192  /* pixels whose buffers stay in a cache of the second level */
+};
 
 /* What the buffers show of a material. */
 struct look {
@@ -70,6 +74,7 @@ struct buffers_tile {
     const struct pixel_at *pixels; /* NULL; else [width], height is 1, and x and y do not count */
     float *to, *chain;             /* of its first pixel; chain: NULL where that is not wanted */
     size_t stride;                 /* pixels from row to row */
+    bool is_large;                 /* the whole picture's buffers do not fit in a cache */
 };
 
 /* Traces a tile's buffers: sums of settings->spp samples, for buffers_scale(). */

@@ -102,6 +102,7 @@ struct buffers_tile tile_buffers(const struct job *j, const struct tile *tile)
         .to = j->out.buffers + tile->first * BUFFER_CHANNELS,
         .chain = j->out.chain ? j->out.chain + tile->first * CHAIN_CHANNELS : NULL,
         .stride = j->window.width,
+        .is_large = (size_t)j->window.width * j->window.height > BUFFERS_CACHED,
     };
 }
 

@@ -318,26 +318,6 @@ void field_forward(const struct field *f, const struct worker *w, const float *b
     }
 }
 
-/* exp(x) to a relative 1e-7, for x whose result is no denormal: 2^n times a polynomial
- * within half a power of 2. Without calls, so that compilers vectorise loops of it. */
-static inline float exp_plain(float x)
-{
-    const float magic = 0x1.8p23f; /* adding it rounds to a whole number, left in the low bits */
-    const float shifted = x * 0x1.715476p0f + magic, n = shifted - magic;
-    const float r = (x - n * 0x1.62e4p-1f) - n * 0x1.7f7d1cp-20f; /* ln 2 in two parts */
-    float p = 0x1.6d461ep-10f; /* Chebyshev fit of (exp(r) - 1 - r) / r^2, |r| < ln(2)/2 */
-    p = p * r + 0x1.120deap-7f;
-    p = p * r + 0x1.5554e6p-5f;
-    p = p * r + 0x1.5554dap-3f;
-    p = p * r + 0x1.000000p-1f;
-    uint32_t bits;
-    float power;
-    memcpy(&bits, &shifted, sizeof bits);
-    bits = (bits + 127u) << 23;
-    memcpy(&power, &bits, sizeof power);
-    return (p * r * r + r + 1.0f) * power;
-}
-
 void field_outputs(const struct field *f, const struct worker *w, uint32_t first, uint32_t count,
                    uint32_t n, float *o, float *values)
 {
@@ -351,11 +331,7 @@ void field_outputs(const struct field *f, const struct worker *w, uint32_t first
             for (uint32_t i = 0; i < some; i++) to[i] = from[i];
         k += some;
     }
-    for (uint32_t i = 0; i < n * count; i++) {
-        /* What is no number stays so: training must notice. */
-        const float low = o[i] < LEAST_OUTPUT ? LEAST_OUTPUT : o[i];
-        values[i] = exp_plain(low > MOST_OUTPUT ? MOST_OUTPUT : low);
-    }
+    f->kernels.exponentials(o, n * count, values);
 }
 
 static void pack_rounded(struct field *f)
@@ -394,16 +370,20 @@ double field_flop(const struct field *f)
     return 2.0 * n;
 }
 
-/* values [n][n_lights][3] times the lights' powers, to their sums [n][3] at the start of it. */
+/* values [n][n_lights][3] times the lights' powers, to their sums [n][3] at the start of it. Four
+ * numbers at a time: the fourth, of the next light or pixel, is not used. */
 static void sum_lights(float *values, uint32_t n, uint32_t n_lights, const float *powers)
 {
+    float weights[FIELD_MAX_LIGHTS][4] = {0};
     const float *from = values;
+    for (uint32_t l = 0; l < n_lights; l++)
+        for (uint32_t c = 0; c < N_COLORS; c++)
+            weights[l][c] = powers ? powers[l * N_COLORS + c] : 1.0f;
     for (uint32_t i = 0; i < n; i++, values += N_COLORS) {
-        float sum[N_COLORS] = {0};
+        float sum[4] = {0};
         for (uint32_t l = 0; l < n_lights; l++, from += N_COLORS)
-            for (uint32_t c = 0; c < N_COLORS; c++)
-                sum[c] += powers ? powers[l * N_COLORS + c] * from[c] : from[c];
-        memcpy(values, sum, sizeof sum);
+            for (uint32_t c = 0; c < 4; c++) sum[c] += weights[l][c] * from[c];
+        memcpy(values, sum, N_COLORS * sizeof *sum);
     }
 }
 

@@ -17,9 +17,6 @@ enum {
     DQ_STRIDE = 16       /* floats per output in worker.dq */
 };
 
-#define LEAST_OUTPUT -10.0f
-#define MOST_OUTPUT  12.0f
-
 /* y = W x + b. The first layer has further columns for v. */
 struct layer {
     uint32_t n_out, n_in, n_columns;

@@ -41,7 +41,7 @@ static float per(float f, float y, float share)
 /* Would a step against the gradient take an output further beyond its bounds? */
 static bool leads_out(float o, float d)
 {
-    return (o <= LEAST_OUTPUT && d > 0.0f) || (o >= MOST_OUTPUT && d < 0.0f);
+    return (o <= NN_LEAST_EXPONENT && d > 0.0f) || (o >= NN_MOST_EXPONENT && d < 0.0f);
 }
 
 /* The loss of a tile's pixels, added to `sum`; its gradient by the outputs, times `scale`, in

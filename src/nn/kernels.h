@@ -24,7 +24,9 @@
  * feature hold zeros or nothing that matters; kernels may write them.
  */
 
-#define NN_SLOPE 0.01f /* LeakyReLU's, below zero */
+#define NN_SLOPE          0.01f  /* LeakyReLU's, below zero */
+#define NN_LEAST_EXPONENT -10.0f /* of colours: from 5e-5 */
+#define NN_MOST_EXPONENT  12.0f  /* to 2e5 */
 
 /* y = act(x W^T + q Wq^T + b), act = lrelu or nothing. */
 struct nn_forward {
@@ -72,6 +74,10 @@ struct nn_kernels {
     void (*forward)(const struct nn_forward *a);
     void (*backward)(const struct nn_backward *a);
     void (*outer)(const struct nn_outer *a);
+
+    /* y = exp(x) of n numbers, x clipped to the bounds above: colours from the last layer's
+     * outputs. */
+    void (*exponentials)(const float *x, uint32_t n, float *y);
 
     /*
      * Weights lie row-major, w [n_out][ld]. pack_forward() packs `index`-th panel of outputs, of

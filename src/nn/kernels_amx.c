@@ -444,6 +444,11 @@ static size_t scratch_count(uint32_t n_rows, uint32_t n)
     return (size_t)n_steps(n_rows) * (n_steps(n) + 1) * STEP_FLOATS + TILE_FLOATS;
 }
 
+static void exponentials(const float *x, uint32_t n, float *y)
+{
+    nn_kernels_avx512.exponentials(x, n, y);
+}
+
 static double peak(uint64_t n)
 {
     return nn_kernels_avx512.peak(n);
@@ -457,6 +462,7 @@ const struct nn_kernels nn_kernels_amx = {
     .forward = forward,
     .backward = backward,
     .outer = outer,
+    .exponentials = exponentials,
     .forward_count = forward_count,
     .pack_forward = pack_forward,
     .backward_count = backward_count,

@@ -46,6 +46,7 @@ const struct nn_kernels nn_kernels_avx2 = {
     .forward = forward,
     .backward = backward,
     .outer = outer,
+    .exponentials = exponentials,
     .forward_count = forward_count,
     .pack_forward = pack_forward,
     .backward_count = backward_count,

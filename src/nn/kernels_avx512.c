@@ -49,6 +49,7 @@ const struct nn_kernels nn_kernels_avx512 = {
     .forward = forward,
     .backward = backward,
     .outer = outer,
+    .exponentials = exponentials,
     .forward_count = forward_count,
     .pack_forward = pack_forward,
     .backward_count = backward_count,

@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "nn/exponential.h"
 #include "nn/kernels.h"
 
 /*
@@ -70,6 +71,11 @@ static void outer(const struct nn_outer *a)
     sum_products(a, a->q, a->n_q, a->dq, a->ld_q, a->add_q);
 }
 
+static void exponentials(const float *x, uint32_t n, float *y)
+{
+    exponentials_loop(x, n, y);
+}
+
 static size_t forward_count(uint32_t n_in, uint32_t n_q)
 {
     return (size_t)(n_in + n_q) * PANEL;
@@ -121,6 +127,7 @@ const struct nn_kernels nn_kernels_ref = {
     .forward = forward,
     .backward = backward,
     .outer = outer,
+    .exponentials = exponentials,
     .forward_count = forward_count,
     .pack_forward = pack_forward,
     .backward_count = backward_count,

@@ -361,6 +361,34 @@ static void test_dispatch(void **state)
     assert_string_equal(k.name, "baseline");
 }
 
+/* Against exp() in doubles, beyond both bounds and for what is no number; all sets alike. */
+static void test_exponentials(void **state)
+{
+    enum { N = 1003 };
+    static float x[N];
+    (void)state;
+    for (uint32_t i = 0; i < N; i++) x[i] = -14.0f + 30.0f * (float)i / N;
+    x[500] = NAN;
+    struct guarded expected = guarded_new(N);
+    nn_kernels_ref.exponentials(x, N, expected.data);
+    for (uint32_t i = 0; i < N; i++) {
+        const double clipped = fmin(fmax(x[i], NN_LEAST_EXPONENT), NN_MOST_EXPONENT);
+        const double y = exp(clipped);
+        if (i == 500)
+            assert_true(isnan(expected.data[i]));
+        else
+            assert_true(fabs(expected.data[i] - y) <= 3e-7 * y);
+    }
+    for (size_t k = 0; k < sizeof fast / sizeof *fast; k++) {
+        if (!toy_level_runs(fast_cpu[k])) continue;
+        struct guarded y = guarded_new(N);
+        fast[k]->exponentials(x, N, y.data);
+        assert_memory_equal(y.data, expected.data, N * sizeof *y.data);
+        guarded_free(&y);
+    }
+    guarded_free(&expected);
+}
+
 /* What a block of rows must divide, and that peak() says what it did. */
 static void test_table(void **state)
 {
@@ -378,9 +406,8 @@ static void test_table(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_ref),
-        cmocka_unit_test(test_fast),
-        cmocka_unit_test(test_dispatch),
+        cmocka_unit_test(test_ref),          cmocka_unit_test(test_fast),
+        cmocka_unit_test(test_exponentials), cmocka_unit_test(test_dispatch),
         cmocka_unit_test(test_table),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

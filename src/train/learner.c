@@ -98,12 +98,12 @@ void learner_options_init(struct learner_options *o, const lmn_train_options *fr
                                   .explores = from->explore == LMN_EXPLORE_ACTIVE,
                                   .learning_rate = from->learning_rate,
                                   .warm_steps = 1000,
-                                  .average = 200,
+                                  .average = 0.1,
                                   .without = from->without};
     if (from->without & LMN_WITHOUT_CUTS) o->n_roots = 0;
     if (from->without & LMN_WITHOUT_PHOTONS) o->n_photons = 0;
     if (from->without & LMN_WITHOUT_REPLAY) o->n_batch = o->n_fresh;
-    if (from->without & LMN_WITHOUT_AVERAGE) o->average = 1;
+    if (from->without & LMN_WITHOUT_AVERAGE) o->average = 0.0;
 }
 
 /* ---- Creation ------------------------------------------------------------------------------- */
@@ -568,7 +568,7 @@ static void step_weights(struct learner *l)
     float *w = field_weights(l->field);
     l->layers.learning_rate = l->options.learning_rate / sqrt(1.0 + step / warm);
     l->tables.learning_rate = TABLE_RATE * l->layers.learning_rate;
-    l->tables.share = l->layers.share = (float)(1.0 / fmin(l->options.average, 1.0 + 0.1 * step));
+    l->tables.share = l->layers.share = (float)(1.0 / (1.0 + l->options.average * step));
     adam_step(&l->tables, l->place.pool, w, l->gradient);
     adam_step(&l->layers, l->place.pool, w + n_table, l->gradient + n_table);
     field_weights_changed(l->field);

@@ -8,7 +8,7 @@
 #include "train/trainer.h"
 
 /* 1 had model and state in one file. */
-enum { MODEL_VERSION = 2 };
+enum { MODEL_VERSION = 3 };
 
 /*
  * A model file or the state beside it, opened and understood but for its tensors

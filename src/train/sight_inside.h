@@ -17,8 +17,7 @@ enum {
                           DEPTH_FEATURES
 };
 
-/* Of what has no albedo (metals, glass) or little: the scale must not jump where a pixel shows a
- * bit of another surface. */
+/* Of glossy surfaces, which may have no albedo (metals, glass) or little. */
 #define LEAST_SCALE 0.1f
 
 /* What is the same for all pixels of a configuration. */

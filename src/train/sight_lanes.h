@@ -118,12 +118,19 @@ INLINE struct lanes3 facing(const struct source *b)
     return lanes3_sub(n, lanes3_where(is_behind, lanes3_scale(n, vec_set1(2.0f))));
 }
 
-INLINE vec *surface(const struct source *b, struct lanes3 n, struct lanes3 albedo, vec *to)
+/* That buffer is zero on diffuse surfaces. */
+INLINE vec_mask glossy(const struct source *b)
 {
     const vec zero = vec_set1(0.0f);
-    const struct lanes3 wo = load3(b, BUFFER_WO), wi = load3(b, BUFFER_WI);
-    const vec_mask is_glossy = vec_mask_or(
-        vec_mask_or(vec_unequal(wi.x, zero), vec_unequal(wi.y, zero)), vec_unequal(wi.z, zero));
+    const struct lanes3 wi = load3(b, BUFFER_WI);
+    return vec_mask_or(vec_mask_or(vec_unequal(wi.x, zero), vec_unequal(wi.y, zero)),
+                       vec_unequal(wi.z, zero));
+}
+
+INLINE vec *surface(const struct source *b, vec_mask is_glossy, struct lanes3 n,
+                    struct lanes3 albedo, vec *to)
+{
+    const struct lanes3 wo = load3(b, BUFFER_WO);
     const vec twice = vec_mul(vec_set1(2.0f), lanes3_dot(n, wo));
     to = put(to, n);
     to = put(to, lanes3_where(is_glossy, wo));
@@ -170,11 +177,12 @@ static void look(const struct sight_moment *m, const struct source *b, struct nu
     const struct lanes3 normal = facing(b);
     const struct lanes3 albedo = load3(b, BUFFER_ALBEDO), box = lanes3_splat(m->size);
     const struct lanes3 in_box = lanes3_sub(p, lanes3_splat(m->corner));
+    const vec_mask is_glossy = glossy(b);
     struct lanes3 local[SIGHT_FRAMES];
     vec *x = to->positions, *f = to->features;
     x = put(x, (struct lanes3){vec_div(in_box.x, box.x), vec_div(in_box.y, box.y),
                                vec_div(in_box.z, box.z)});
-    f = surface(b, normal, albedo, f);
+    f = surface(b, is_glossy, normal, albedo, f);
     for (uint32_t k = 0; k < m->n_frames; k++) {
         const float(*t)[4] = m->frames[k].to_local.m;
         local[k] = (struct lanes3){zero, zero, zero};
@@ -204,7 +212,7 @@ static void look(const struct sight_moment *m, const struct source *b, struct nu
     }
     *f++ = one;
     const vec_mask is_hit = vec_above(b->channels[BUFFER_DEPTH], zero);
-    const vec least = vec_set1(LEAST_SCALE);
+    const vec least = vec_where(is_glossy, vec_set1(LEAST_SCALE));
     put(to->scale,
         lanes3_where(is_hit, (struct lanes3){vec_max(albedo.x, least), vec_max(albedo.y, least),
                                              vec_max(albedo.z, least)}));

@@ -41,18 +41,24 @@ static struct vec3 facing_normal(const float *b)
     return side < 0.0f ? vec3_sub(n, vec3_scale(n, 2.0f)) : n;
 }
 
+/* That buffer is zero on diffuse surfaces. */
+static bool is_glossy(const float *b)
+{
+    return !vec3_is_zero(load(b, BUFFER_WI));
+}
+
 static float *surface(const float *b, struct vec3 n, float *to)
 {
     struct vec3 wo = load(b, BUFFER_WO);
-    bool is_glossy = !vec3_is_zero(load(b, BUFFER_WI)); /* that buffer is zero on diffuse ones */
+    const bool has_gloss = is_glossy(b);
     const struct vec3 none = {0, 0, 0};
     struct vec3 mirrored = vec3_sub(vec3_scale(n, 2.0f * vec3_dot(n, wo)), wo);
     to = put(to, n);
-    to = put(to, is_glossy ? wo : none);
-    to = put(to, is_glossy ? mirrored : none);
+    to = put(to, has_gloss ? wo : none);
+    to = put(to, has_gloss ? mirrored : none);
     *to++ = finite_or_zero(b[BUFFER_ROUGHNESS]);
     to = put(to, load(b, BUFFER_ALBEDO));
-    *to++ = is_glossy ? 1.0f : 0.0f;
+    *to++ = has_gloss ? 1.0f : 0.0f;
     return to;
 }
 
@@ -68,9 +74,10 @@ static struct vec3 closest(struct vec3 p, struct vec3 q)
 static void scale_of(const float *b, float *to)
 {
     const bool is_hit = b[BUFFER_DEPTH] > 0.0f;
+    const float least = is_glossy(b) ? LEAST_SCALE : 0.0f;
     for (int c = 0; c < 3; c++) {
-        float albedo = finite_or_zero(b[BUFFER_ALBEDO + c]);
-        to[c] = is_hit ? max_float(albedo, LEAST_SCALE) : 0.0f;
+        const float albedo = finite_or_zero(b[BUFFER_ALBEDO + c]);
+        to[c] = is_hit ? max_float(albedo, least) : 0.0f;
     }
 }
 

@@ -34,7 +34,7 @@ struct learner_options {
     bool explores;        /* false: new configurations are uniform draws */
     double learning_rate; /* of layers; tables learn TABLE_RATE times as fast */
     double warm_steps;    /* the rate falls as 1 / sqrt(1 + step / warm_steps) */
-    double average;       /* weights shown are an exponential average over this share of all steps */
+    double average;       /* weights shown are an average over this share of all steps */
     uint32_t without;     /* of LMN_WITHOUT_* */
 };
 

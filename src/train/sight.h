@@ -23,8 +23,8 @@
  *   bounces     a feature: the share of training's bounces that count. What a pixel shows has all
  *               of them, what is behind mirrors and glass (render/chain.h) less, and so has what
  *               tails.h asks
- *   scale       albedo, to which radiance of diffuse surfaces is proportional: what is black needs no
- *               learning; of glossy ones at least a tenth
+ *   scale       albedo, to which radiance of diffuse surfaces is proportional: what is black
+ *               needs no learning; of glossy ones at least a tenth
  *   lights      the powers of groups of lights (powers.h)
  *   v           the other variables, but those that only the camera follows: radiance of a surface
  *               does not depend on who looks

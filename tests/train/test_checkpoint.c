@@ -278,12 +278,12 @@ static void model_and_state_are_a_pair(void **state)
     assert_cannot_resume("first.lmn", LMN_ERR_PARSE, "first.lmn: truncated");
     char *old = mem_new(good_size, 1), *version; /* of the time when both were in one file */
     memcpy(old, good, good_size);
-    version = memmem(old, header_size, "\"version\":\"2\"", 13);
+    version = memmem(old, header_size, "\"version\":\"3\"", 13);
     assert_non_null(version);
     version[11] = '1';
     const char *path = write_file("first.lmn", old, good_size);
     mem_free(old);
-    assert_cannot_resume("first.lmn", LMN_ERR_PARSE, "version 1, this program reads 2");
+    assert_cannot_resume("first.lmn", LMN_ERR_PARSE, "version 1, this program reads 3");
     assert_int_equal(model_load(&tiny.place, path, false, &m, &err), LMN_ERR_PARSE);
 }
 

@@ -189,18 +189,29 @@ static double number_of(const json_t *line, const char *key)
     return json_number_value(json_object_get(line, key));
 }
 
-/* The next line of f, whatever its length; false at the end of the file or of memory. */
-static bool next_line(FILE *f, struct str *line)
+/* The line that ends at *end, which goes to its start. False at the start of the file, and where it
+ * cannot be read. */
+static bool previous_line(FILE *f, off_t *end, struct str *line)
 {
     char piece[4096];
+    off_t start = *end - 1; /* before its newline */
+    const char *newline = NULL;
     line->length = 0;
-    while (fgets(piece, sizeof piece, f)) {
-        size_t n = strlen(piece);
-        str_add_bytes(line, piece, n);
-        if (line->failed) return false;
-        if (n > 0 && piece[n - 1] == '\n') return true;
+    while (start > 0 && !newline) {
+        const size_t n = start < (off_t)sizeof piece ? (size_t)start : sizeof piece;
+        if (fseeko(f, start - (off_t)n, SEEK_SET) != 0 || fread(piece, 1, n, f) != n) return false;
+        newline = memrchr(piece, '\n', n);
+        start -= newline ? piece + n - (newline + 1) : (ptrdiff_t)n;
     }
-    return line->length > 0;
+    if (start < 0 || fseeko(f, start, SEEK_SET) != 0) return false;
+    for (off_t rest = *end - start; rest > 0;) {
+        const size_t n = rest < (off_t)sizeof piece ? (size_t)rest : sizeof piece;
+        if (fread(piece, 1, n, f) != n) return false;
+        str_add_bytes(line, piece, n);
+        rest -= (off_t)n;
+    }
+    *end = start;
+    return !line->failed;
 }
 
 void metrics_times(const char *path, uint64_t step, double *cpu_s, double *trace_s,
@@ -209,7 +220,9 @@ void metrics_times(const char *path, uint64_t step, double *cpu_s, double *trace
     double found[3] = {0};
     struct str text = {0};
     FILE *f = fopen(path, "rb");
-    while (f && next_line(f, &text)) {
+    off_t end = f && fseeko(f, 0, SEEK_END) == 0 ? ftello(f) : 0;
+    /* From the end: a long training has hundreds of thousands of lines. */
+    for (bool is_found = false; f && !is_found && previous_line(f, &end, &text);) {
         json_t *line = json_loads(text.text, JSON_REJECT_DUPLICATES, NULL);
         const json_t *at = json_object_get(line, "step");
         if (json_is_integer(at) && json_integer_value(at) >= 0 &&
@@ -217,6 +230,7 @@ void metrics_times(const char *path, uint64_t step, double *cpu_s, double *trace
             found[0] = number_of(line, "cpu_s");
             found[1] = number_of(line, "trace_s");
             found[2] = number_of(line, "network_s");
+            is_found = true;
         }
         json_decref(line);
     }

@@ -262,6 +262,30 @@ static void resuming_counts_the_time_before(void **state)
     trainer_free(t);
 }
 
+/* Lines of any length, a short one first, none, and what is no file of lines. */
+static void times_are_found_from_the_end(void **state)
+{
+    (void)state;
+    const char *path = tiny_path(&tiny, "long.metrics.jsonl");
+    double cpu_s, trace_s, network_s;
+    FILE *f = fopen(path, "wb");
+    assert_non_null(f);
+    fprintf(f, "{}\n{\"step\":1,\"cpu_s\":2.5,\"note\":\"%09000d\"}\n\n", 0);
+    for (int i = 2; i < 400; i++) fprintf(f, "{\"step\":%d,\"cpu_s\":%d}\n", i, 2 * i);
+    fprintf(f, "{\"step\":400,\"cpu_s\":800,\"trace_s\":500,\"network_s\":300}");
+    fclose(f);
+    metrics_times(path, 1, &cpu_s, NULL, NULL);
+    assert_true(cpu_s == 2.5);
+    metrics_times(path, 399, &cpu_s, NULL, NULL);
+    assert_true(cpu_s == 798);
+    metrics_times(path, 400, &cpu_s, &trace_s, &network_s);
+    assert_true(cpu_s == 800 && trace_s == 500 && network_s == 300);
+    metrics_times(path, 0, &cpu_s, NULL, NULL);
+    assert_true(cpu_s == 0);
+    metrics_times("/", 1, &cpu_s, NULL, NULL);
+    assert_true(cpu_s == 0);
+}
+
 static void evaluation_goes_into_the_next_line(void **state)
 {
     (void)state;
@@ -348,6 +372,7 @@ int main(void)
         cmocka_unit_test(threads_do_not_matter),
         cmocka_unit_test(resuming_changes_nothing),
         cmocka_unit_test(resuming_counts_the_time_before),
+        cmocka_unit_test(times_are_found_from_the_end),
         cmocka_unit_test(evaluation_goes_into_the_next_line),
         cmocka_unit_test(memory_is_reported),
         cmocka_unit_test(bad_options_are_refused),

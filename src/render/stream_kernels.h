@@ -79,38 +79,22 @@ KERNEL look(struct stream *s, const struct camera *camera)
     for (uint32_t i = 0; i < n; i++) look_lane(s, i, &c);
 }
 
-/* The sampler of a lane at a dimension. */
-LANE struct sampler sampler_lane(const struct stream *s, uint32_t i, enum sampler_kind kind,
-                                 uint32_t dimension)
+/* The Sobol points of a lane, from a dimension on. */
+LANE struct sampler sobol_lane(const struct stream *s, uint32_t i, uint32_t dimension)
 {
-    struct sampler r = {.kind = kind, .seed = s->seed[i], .index = s->index[i]};
-    r.rng = (struct rng){s->rng_state[i], s->rng_stream[i]};
+    struct sampler r = {.kind = SAMPLER_SOBOL, .seed = s->seed[i], .index = s->index[i]};
     sampler_skip_to(&r, dimension);
     return r;
 }
 
-LANE void draw_pairs_lane(struct stream *s, uint32_t i, struct sampler *r)
-{
-    struct vec2 light = sampler_next_2d(r), direction = sampler_next_2d(r);
-    s->u[0][i] = light.x;
-    s->u[1][i] = light.y;
-    s->u[2][i] = direction.x;
-    s->u[3][i] = direction.y;
-}
-
-/* In order. */
+/* In order: light, direction, lobe, roulette. */
 KERNEL draw_independent(struct stream *s)
 {
     uint32_t n = s->n;
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) {
         struct rng r = {s->rng_state[i], s->rng_stream[i]};
-        s->u[0][i] = rng_float(&r);
-        s->u[1][i] = rng_float(&r);
-        s->u[2][i] = rng_float(&r);
-        s->u[3][i] = rng_float(&r);
-        s->u[4][i] = rng_float(&r);
-        s->u[5][i] = rng_float(&r);
+        for (uint32_t k = 0; k < 6; k++) s->u[k][i] = rng_float(&r);
         s->rng_state[i] = r.state;
     }
 }
@@ -125,15 +109,19 @@ KERNEL draw(struct stream *s, enum sampler_kind kind, uint32_t dimension, uint32
     }
 #pragma omp simd
     for (uint32_t i = 0; i < n; i++) {
-        struct sampler r = sampler_lane(s, i, SAMPLER_SOBOL, dimension);
-        draw_pairs_lane(s, i, &r);
+        struct sampler r = sobol_lane(s, i, dimension);
+        struct vec2 light = sampler_next_2d(&r), direction = sampler_next_2d(&r);
+        s->u[0][i] = light.x;
+        s->u[1][i] = light.y;
+        s->u[2][i] = direction.x;
+        s->u[3][i] = direction.y;
     }
     for (uint32_t k = 0; k < 2; k++) {
         if (!(wanted & (k == 0 ? STREAM_LOBE : STREAM_ROULETTE))) continue;
         float *u = s->u[4 + k];
 #pragma omp simd
         for (uint32_t i = 0; i < n; i++) {
-            struct sampler r = sampler_lane(s, i, SAMPLER_SOBOL, dimension + 4 + k);
+            struct sampler r = sobol_lane(s, i, dimension + 4 + k);
             u[i] = sampler_next_1d(&r);
         }
     }

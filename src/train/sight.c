@@ -214,8 +214,9 @@ void sight_look(const struct sight *s, const struct scene_state *state, const fl
         sight_look_avx2(&job);
     else
         sight_look_plain(&job);
-    for (size_t i = 0; s->ignores_albedo && i < (size_t)n * 3; i++)
-        scale[i] = scale[i] > 0.0f ? 1.0f : 0.0f;
+    for (size_t i = 0; s->ignores_albedo && i < n; i++)
+        for (size_t c = 0; c < 3; c++)
+            scale[3 * i + c] = buffers[i * BUFFER_CHANNELS + BUFFER_DEPTH] > 0.0f ? 1.0f : 0.0f;
 }
 
 float sight_bounces(const struct sight *s, int32_t max_depth)

@@ -122,6 +122,13 @@ static void surfaces_are_told_apart(void **state)
     assert_memory_not_equal(a.features, glossy.features, sizeof a.features);
     assert_true(glossy.scale[0] == 0.5f && glossy.scale[2] > 0.0f && glossy.scale[2] < 0.25f);
 
+    sight.ignores_albedo = true;
+    glossy = look(u, buffers);
+    buffers[BUFFER_WI] = buffers[BUFFER_WI + 2] = 0.0f;
+    a = look(u, buffers);
+    sight.ignores_albedo = false;
+    for (int c = 0; c < 3; c++) assert_true(a.scale[c] == 1.0f && glossy.scale[c] == 1.0f);
+
     for (int i = 0; i < BUFFER_CHANNELS; i++) buffers[i] = i % 2 ? NAN : INFINITY;
     struct seen broken = look(u, buffers);
     for (uint32_t i = 0; i < sight.n_features; i++) assert_true(isfinite(broken.features[i]));

@@ -132,6 +132,7 @@ lmn_status field_new(const struct field_config *config, struct pool *pool, uint3
     TRY(take(f, f->n_weights, &f->weights, err));
     TRY(take(f, f->n_packed, &f->packed, err));
     TRY(take(f, f->n_rounded + 1, &f->packed_rounded, err));
+    TRY(take(f, (f->rounded ? f->n_table / GRID_FEATURES : 0) + 1, &f->pairs, err));
     TRY(take(f, (size_t)f->n_layers * f->width_padded, &f->biases, err));
     TRY(take(f, f->width_padded, &f->frame_bias, err));
     if (config->max_pixels > 0) {
@@ -172,6 +173,7 @@ void field_free(struct field *f)
     mem_free(f->biases);
     mem_free(f->packed);
     mem_free(f->packed_rounded);
+    mem_free(f->pairs);
     mem_free(f->weights);
     mem_free(f);
 }
@@ -224,6 +226,7 @@ uint64_t field_memory_size(const struct field *f)
 void field_weights_changed(struct field *f)
 {
     const struct nn_kernels *t = &f->kernels;
+    f->is_rounded = false;
     for (uint32_t l = 0; l < f->n_layers; l++) {
         const struct layer *layer = &f->layers[l];
         const float *w = f->weights + layer->w_at;
@@ -260,14 +263,17 @@ void field_fold(const struct field *f, const float *v, float *bias)
 }
 
 uint32_t field_load(const struct field *f, const struct field_run *run, uint32_t first, uint32_t n,
-                    float *e)
+                    const struct nn_rounded *rounded, float *e)
 {
     const uint32_t n_grids = f->config.n_grids, n_features = f->config.n_features;
     const uint32_t n_rows = round_up(n, f->kernels.rows), panel = f->kernels.panel;
+    const struct grid_kernels *grids = rounded ? rounded->grids : f->grids;
+    const float *table = rounded ? f->pairs : f->weights;
+    const size_t table_size = f->grid.at[f->grid.n_levels] / (rounded ? GRID_FEATURES : 1);
     for (uint32_t g = 0; g < n_grids; g++) {
         const struct grid_encode a = {
             .grid = &f->grid,
-            .table = f->weights + g * f->grid.at[f->grid.n_levels],
+            .table = table + g * table_size,
             .positions = run->positions + ((size_t)first * n_grids + g) * 3,
             .pitch = 3 * (size_t)n_grids,
             .n = n,
@@ -276,7 +282,7 @@ uint32_t field_load(const struct field *f, const struct field_run *run, uint32_t
             .stride = f->stride,
             .panel = panel,
         };
-        f->grids->encode(&a);
+        grids->encode(&a);
     }
     const struct grid_spread a = {
         .rows = n_features > 0 ? run->features + (size_t)first * n_features : NULL,
@@ -287,7 +293,7 @@ uint32_t field_load(const struct field *f, const struct field_run *run, uint32_t
         .stride = f->stride,
         .panel = panel,
     };
-    if (n_features > 0) f->grids->spread(&a);
+    if (n_features > 0) grids->spread(&a);
     for (uint32_t k = 0; k < nn_n_panels(&f->kernels, f->n_in); k++)
         memset(e + k * f->stride + (size_t)n * panel, 0, (size_t)(n_rows - n) * panel * sizeof *e);
     return n_rows;
@@ -312,7 +318,7 @@ void field_forward(const struct field *f, const struct worker *w, const float *b
             .scratch = w->scratch,
         };
         if (rounded)
-            rounded->forward(&a, l == 0);
+            rounded->forward(&a);
         else
             f->kernels.forward(&a);
     }
@@ -336,6 +342,7 @@ void field_outputs(const struct field *f, const struct worker *w, uint32_t first
 
 static void pack_rounded(struct field *f)
 {
+    nn_rounded_pack_pairs(f->pairs, f->weights, f->n_table / GRID_FEATURES);
     for (uint32_t l = 0; l < f->n_layers; l++) {
         const struct layer *layer = &f->layers[l];
         for (uint32_t i = 0; i < nn_n_panels(&f->kernels, layer->n_out); i++)
@@ -343,12 +350,13 @@ static void pack_rounded(struct field *f)
                 f->packed_rounded + layer->rounded_at + i * nn_rounded_count(layer->n_in),
                 f->weights + layer->w_at, layer->n_columns, layer->n_out, layer->n_in, i);
     }
+    f->is_rounded = true;
 }
 
 void field_begin(struct field *f, const float *v, bool may_round)
 {
     f->rounds = may_round && f->rounded;
-    if (f->rounds) pack_rounded(f);
+    if (f->rounds && !f->is_rounded) pack_rounded(f);
     field_fold(f, v, f->frame_bias);
     for (uint32_t i = 0; i < f->n_workers; i++)
         f->workers[i].encode_ticks = f->workers[i].layer_ticks = 0;
@@ -391,6 +399,7 @@ void field_render_part(const struct field *f, uint32_t worker, const struct fiel
                        float *out)
 {
     struct worker *w = &f->workers[worker];
+    const struct nn_rounded *rounded = f->rounds ? f->rounded : NULL;
     const uint32_t n_lights = f->config.n_lights, count = n_lights * N_COLORS;
     float o[MAX_TILE_ROWS * MAX_OUTPUTS], values[MAX_TILE_ROWS * MAX_OUTPUTS];
     for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
@@ -398,9 +407,9 @@ void field_render_part(const struct field *f, uint32_t worker, const struct fiel
         const float *scale = run->scale + (size_t)first * N_COLORS;
         float *to = out + (size_t)first * N_COLORS;
         const uint64_t start = clock_ticks();
-        const uint32_t n_rows = field_load(f, run, first, n, w->e);
+        const uint32_t n_rows = field_load(f, run, first, n, rounded, w->e);
         const uint64_t encoded = clock_ticks();
-        field_forward(f, w, f->frame_bias, n_rows, f->rounds ? f->rounded : NULL);
+        field_forward(f, w, f->frame_bias, n_rows, rounded);
         field_outputs(f, w, 0, count, n, o, values);
         if (n_lights > 1 || run->lights) sum_lights(values, n, n_lights, run->lights);
         for (uint32_t i = 0; i < n * N_COLORS; i++) to[i] = scale[i] * values[i];
@@ -447,7 +456,7 @@ static void expect_run(void *ctx, uint32_t item, uint32_t worker)
     field_fold(f, run->v, w->bias);
     for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
         const uint32_t n = run->n - first < f->tile_rows ? run->n - first : f->tile_rows;
-        field_forward(f, w, w->bias, field_load(f, run, first, n, w->e), NULL);
+        field_forward(f, w, w->bias, field_load(f, run, first, n, NULL, w->e), NULL);
         field_outputs(f, w, f->n_out - 1, 1, n, o, out + first);
     }
 }
@@ -465,7 +474,7 @@ static void group_run(void *ctx, uint32_t item, uint32_t worker)
     for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
         const uint32_t n = run->n - first < f->tile_rows ? run->n - first : f->tile_rows;
         float *values = out + (size_t)first * count;
-        field_forward(f, w, w->bias, field_load(f, run, first, n, w->e), NULL);
+        field_forward(f, w, w->bias, field_load(f, run, first, n, NULL, w->e), NULL);
         field_outputs(f, w, 0, count, n, o, values);
         for (uint32_t i = 0; i < n * count; i++)
             values[i] *= run->scale[(size_t)(first + i / count) * N_COLORS + i % N_COLORS];

@@ -57,7 +57,9 @@ struct field {
     struct layer layers[MAX_DEPTH + 1];
     size_t n_table, n_weights, n_packed, n_rounded; /* n_table: of all grids */
     float *weights, *packed, *packed_rounded;
+    float *pairs;      /* [n_table / 2]: of all grids, where there is `rounded` */
     bool rounds;       /* since field_begin() */
+    bool is_rounded;   /* packed_rounded and pairs are of these weights */
     float *biases;     /* [n_layers][width_padded] */
     float *frame_bias; /* [width_padded]: of field_begin() */
 
@@ -95,10 +97,10 @@ void field_outputs(const struct field *f, const struct worker *w, uint32_t first
 /* The first layer's biases for a configuration: bias [width_padded]. */
 void field_fold(const struct field *f, const float *v, float *bias);
 
-/* Inputs of n pixels of a run from `first` on, into a tile; rows up to the next multiple of
- * kernels.rows become zero. Returns that multiple. */
+/* Inputs of n pixels of a run from `first` on, into a tile, as pairs if `rounded`; rows up to the
+ * next multiple of kernels.rows become zero. Returns that multiple. */
 uint32_t field_load(const struct field *f, const struct field_run *run, uint32_t first, uint32_t n,
-                    float *e);
+                    const struct nn_rounded *rounded, float *e);
 
 /* One tile forward: w->e and the first layer's biases -> w->h, w->y; rounded or, NULL, not. */
 void field_forward(const struct field *f, const struct worker *w, const float *bias,

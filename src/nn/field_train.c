@@ -178,7 +178,7 @@ static void pass_run(const struct pass *p, uint32_t index, const struct worker *
     field_fold(f, run->v, w->bias);
     for (uint32_t first = 0; first < run->n; first += f->tile_rows) {
         const uint32_t n = run->n - first < f->tile_rows ? run->n - first : f->tile_rows;
-        const uint32_t n_rows = field_load(f, run, first, n, w->e);
+        const uint32_t n_rows = field_load(f, run, first, n, NULL, w->e);
         field_forward(f, w, w->bias, n_rows, NULL);
         judge(f, w, run, first, n, p->scale, &sum);
         if (!gradient) continue;

@@ -17,13 +17,7 @@ void grid_init(struct grid *g, const struct grid_config *config)
     }
 }
 
-/* The eight vertices around a point: their entries, and their weights in the interpolation. */
-struct cell {
-    uint32_t entry[8];
-    float weight[8];
-};
-
-static inline void find_cell(const struct grid *g, uint32_t level, const float p[3], struct cell *c)
+void grid_find(const struct grid *g, uint32_t level, const float p[3], struct grid_cell *c)
 {
     const uint32_t n = g->n_cells[level], edge = n + 1, n_entries = g->n_entries[level];
     const bool is_hashed = grid_is_hashed(g, level);
@@ -51,9 +45,9 @@ void grid_encode(const struct grid *g, const float *table, const float p[3], flo
 {
     for (uint32_t l = 0; l < g->n_levels; l++, out += GRID_FEATURES) {
         const float *values = table + g->at[l];
-        struct cell c;
+        struct grid_cell c;
         float sum[GRID_FEATURES] = {0};
-        find_cell(g, l, p, &c);
+        grid_find(g, l, p, &c);
         for (uint32_t k = 0; k < 8; k++)
             for (uint32_t i = 0; i < GRID_FEATURES; i++)
                 sum[i] += c.weight[k] * values[(size_t)c.entry[k] * GRID_FEATURES + i];
@@ -64,8 +58,8 @@ void grid_encode(const struct grid *g, const float *table, const float p[3], flo
 void grid_encode_back(const struct grid *g, uint32_t level, const float p[3], const float *d,
                       float *gradient)
 {
-    struct cell c;
-    find_cell(g, level, p, &c);
+    struct grid_cell c;
+    grid_find(g, level, p, &c);
     for (uint32_t k = 0; k < 8; k++)
         for (uint32_t i = 0; i < GRID_FEATURES; i++)
             gradient[(size_t)c.entry[k] * GRID_FEATURES + i] += c.weight[k] * d[i];

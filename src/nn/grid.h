@@ -47,6 +47,14 @@ static inline bool grid_is_hashed(const struct grid *g, uint32_t level)
     return edge * edge * edge > g->n_entries[level];
 }
 
+/* The eight vertices around a point: their entries, and their weights in the interpolation. */
+struct grid_cell {
+    uint32_t entry[8];
+    float weight[8];
+};
+
+void grid_find(const struct grid *g, uint32_t level, const float p[3], struct grid_cell *c);
+
 /* out [n_levels * GRID_FEATURES] at p, which is clamped to [0,GRID_MOST]^3. */
 void grid_encode(const struct grid *g, const float *table, const float p[3], float *out);
 

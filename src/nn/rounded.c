@@ -47,27 +47,32 @@ void nn_rounded_pack(float *packed, const float *w, size_t ld, uint32_t n_out, u
         }
 }
 
-/* One of a row's features, [PANEL] floats or pairs. */
-static float read_feature(const float *row, uint32_t k, bool is_pair)
+void nn_rounded_pack_pairs(float *pairs, const float *x, size_t n_pairs)
 {
-    if (!is_pair) return nn_round(row[k]);
-    const uint32_t pair = bits_of(row[k / 2]);
+    for (size_t i = 0; i < n_pairs; i++, x += 2) {
+        const uint32_t pair = bits_of(nn_round(x[0])) >> 16 | bits_of(nn_round(x[1]));
+        memcpy(pairs + i, &pair, sizeof pair);
+    }
+}
+
+/* ---- What the fast ones are held against ---- */
+
+/* One of a row's numbers. */
+static float read_number(const float *pairs, uint32_t k)
+{
+    const uint32_t pair = bits_of(pairs[k / 2]);
     return float_of(k % 2 ? pair & ~CUT : pair << 16);
 }
 
-static void write_feature(float *row, uint32_t k, bool is_pair, float x)
+/* Numbers are written in order; the one after an odd number of them is 0. */
+static void write_number(float *pairs, uint32_t k, float x)
 {
-    if (!is_pair) {
-        row[k] = x;
-        return;
-    }
-    const uint32_t bits = bits_of(nn_round(x)), before = k % 2 ? bits_of(row[k / 2]) : 0;
+    const uint32_t bits = bits_of(nn_round(x)), before = k % 2 ? bits_of(pairs[k / 2]) : 0;
     const uint32_t pair = k % 2 ? before | bits : bits >> 16;
-    memcpy(row + k / 2, &pair, sizeof pair);
+    memcpy(pairs + k / 2, &pair, sizeof pair);
 }
 
-/* What the fast one is held against. */
-static void forward(const struct nn_forward *a, bool is_first)
+static void forward(const struct nn_forward *a)
 {
     enum { PANEL = NN_ROUNDED_PANEL };
     for (size_t r = 0; r < a->n_rows; r++) {
@@ -75,17 +80,50 @@ static void forward(const struct nn_forward *a, bool is_first)
         float *y = a->y + r * PANEL;
         for (uint32_t o = 0; o < a->n_out; o++) {
             const float *w = a->w + o / PANEL * nn_rounded_count(a->n_in) + o % PANEL;
-            float sum = a->b[o];
+            float sum = a->b[o], *to = y + o / PANEL * a->stride;
             for (uint32_t k = 0; k < a->n_in; k++)
-                sum += read_feature(x + k / PANEL * a->stride, k % PANEL, !is_first) *
-                       read_feature(w + k / 2 * PANEL, k % 2, true);
+                sum += read_number(x + k / PANEL * a->stride, k % PANEL) *
+                       read_number(w + k / 2 * PANEL, k % 2);
             if (!a->linear && sum < 0.0f) sum *= NN_SLOPE;
-            write_feature(y + o / PANEL * a->stride, o % PANEL, !a->linear, sum);
+            if (a->linear)
+                to[o % PANEL] = sum;
+            else
+                write_number(to, o % PANEL, sum);
         }
     }
 }
 
-const struct nn_rounded nn_rounded_ref = {.name = "ref", .forward = forward};
+static void encode(const struct grid_encode *a)
+{
+    const struct grid *g = a->grid;
+    for (uint32_t r = 0; r < a->n; r++)
+        for (uint32_t k = 0; k < g->n_levels * GRID_FEATURES; k++) {
+            const uint32_t level = k / GRID_FEATURES, at = a->first + k;
+            const float *pairs = a->table + g->at[level] / GRID_FEATURES;
+            struct grid_cell c;
+            float sum = 0.0f;
+            grid_find(g, level, a->positions + r * a->pitch, &c);
+            for (uint32_t i = 0; i < 8; i++)
+                sum += c.weight[i] * read_number(pairs + c.entry[i], k % GRID_FEATURES);
+            write_number(a->tile + at / a->panel * a->stride + (size_t)r * a->panel, at % a->panel,
+                         sum);
+        }
+}
+
+static void spread(const struct grid_spread *a)
+{
+    for (uint32_t r = 0; r < a->n; r++)
+        for (uint32_t k = 0; k < a->count; k++) {
+            const uint32_t at = a->first + k;
+            write_number(a->tile + at / a->panel * a->stride + (size_t)r * a->panel, at % a->panel,
+                         a->rows[(size_t)r * a->count + k]);
+        }
+}
+
+const struct grid_kernels grid_rounded_ref = {.name = "ref", .encode = encode, .spread = spread};
+
+const struct nn_rounded nn_rounded_ref = {
+    .name = "ref", .forward = forward, .grids = &grid_rounded_ref};
 
 const struct nn_rounded *nn_rounded_for(uint32_t cpu)
 {

@@ -5,7 +5,7 @@
 #include "nn/unroll.h"
 
 /* Blocks as in kernels_avx512.c; each step over k takes two of them. */
-enum { LANES = 16, VECTORS = 4, ROWS = 6, PANEL = NN_ROUNDED_PANEL, PAIRS = PANEL / 2 };
+enum { LANES = 16, VECTORS = 4, ROWS = 6, PANEL = NN_ROUNDED_PANEL };
 
 typedef __m512 block[ROWS][VECTORS];
 
@@ -16,22 +16,6 @@ typedef __m512 block[ROWS][VECTORS];
 INLINE __m512i round_vectors(__m512 low, __m512 high)
 {
     return (__m512i)_mm512_cvtne2ps_pbh(high, low);
-}
-
-/* The first n features of a panel, row by row, as pairs; then zeros: what follows may be anything.
- */
-INLINE void round_rows(const float *x, uint32_t n, float pairs[ROWS][PAIRS])
-{
-    const uint64_t there = n < PANEL ? (UINT64_C(1) << n) - 1 : UINT64_MAX;
-    EACH_ROW
-    {
-        const float *row = x + i * PANEL;
-        __m512 v[VECTORS];
-        UNROLL for (int j = 0; j < VECTORS; j++)
-            v[j] = _mm512_maskz_load_ps((__mmask16)(there >> j * LANES), row + j * LANES);
-        _mm512_store_si512(pairs[i], round_vectors(v[0], v[1]));
-        _mm512_store_si512(pairs[i] + LANES, round_vectors(v[2], v[3]));
-    }
 }
 
 /* One row of outputs, activated and as pairs if another layer follows. */
@@ -48,27 +32,23 @@ INLINE void store_row(const int n_vectors, bool linear, const __m512 sum[VECTORS
         _mm512_store_si512(to + j * LANES / 2, round_vectors(y[j], y[j + 1]));
 }
 
-INLINE void forward_panel(const int n_vectors, const bool is_first, const bool linear,
-                          const struct nn_forward *a, const float *w, const float *b, float *y)
+INLINE void forward_panel(const int n_vectors, const bool linear, const struct nn_forward *a,
+                          const float *w, const float *b, float *y)
 {
-    const uint32_t pitch = is_first ? PAIRS : PANEL; /* of rows of pairs */
     for (size_t r = 0; r < a->n_rows; r += ROWS) {
         block sum;
         const float *wk = w;
         EACH_ROW EACH_VECTOR sum[i][j] = _mm512_load_ps(b + j * LANES);
         for (uint32_t k = 0; k < a->n_in; k += PANEL) {
-            float rounded[ROWS][PAIRS] __attribute__((aligned(64)));
             const uint32_t n = a->n_in - k < PANEL ? a->n_in - k : PANEL;
-            const float *x = a->x + k / PANEL * a->stride + r * PANEL;
-            if (is_first) round_rows(x, n, rounded);
-            const float *pairs = is_first ? rounded[0] : x;
+            const float *pairs = a->x + k / PANEL * a->stride + r * PANEL;
             UNROLL_BY4 for (uint32_t p = 0; p < (n + 1) / 2; p++, wk += PANEL)
             {
                 __m512bh weights[VECTORS];
                 EACH_VECTOR weights[j] = (__m512bh)_mm512_load_si512(wk + j * LANES);
                 EACH_ROW
                 {
-                    const __m512bh pair = (__m512bh)_mm512_set1_ps(pairs[i * pitch + p]);
+                    const __m512bh pair = (__m512bh)_mm512_set1_ps(pairs[i * PANEL + p]);
                     EACH_VECTOR sum[i][j] = _mm512_dpbf16_ps(sum[i][j], pair, weights[j]);
                 }
             }
@@ -77,26 +57,24 @@ INLINE void forward_panel(const int n_vectors, const bool is_first, const bool l
     }
 }
 
-INLINE void forward_layer(const bool is_first, const bool linear, const struct nn_forward *a)
+INLINE void forward_layer(const bool linear, const struct nn_forward *a)
 {
     for (uint32_t first = 0; first < a->n_out; first += PANEL) {
         const float *w = a->w + first / PANEL * nn_rounded_count(a->n_in), *b = a->b + first;
         float *y = a->y + first / PANEL * a->stride;
         if (a->n_out - first <= LANES) /* outputs; lanes past the end may be written */
-            forward_panel(1, is_first, linear, a, w, b, y);
+            forward_panel(1, linear, a, w, b, y);
         else
-            forward_panel(VECTORS, is_first, linear, a, w, b, y);
+            forward_panel(VECTORS, linear, a, w, b, y);
     }
 }
 
-static void forward(const struct nn_forward *a, bool is_first)
+static void forward(const struct nn_forward *a)
 {
-    if (is_first)
-        forward_layer(true, a->linear, a);
-    else if (a->linear)
-        forward_layer(false, true, a);
+    if (a->linear)
+        forward_layer(true, a);
     else
-        forward_layer(false, false, a);
+        forward_layer(false, a);
 }
 
 static double peak(uint64_t n)
@@ -115,4 +93,8 @@ static double peak(uint64_t n)
 }
 
 const struct nn_rounded nn_rounded_avx512bf16 = {
-    .name = "avx512bf16", .forward = forward, .peak = peak};
+    .name = "avx512bf16",
+    .forward = forward,
+    .grids = &grid_rounded_avx512bf16,
+    .peak = peak,
+};

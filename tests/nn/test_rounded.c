@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Layers of BF16 factors: the plain one against sums in doubles, the fast one against the plain. */
+/* Layers and grids of BF16 factors: the plain ones against sums in doubles and grids of floats, the
+ * fast ones against the same. */
 #include "nn/rounded.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "base/mem.h"
+#include "base/rng.h"
 #include "toy.h"
 
 enum { ROWS = 36, MOST = 200, PANEL = NN_ROUNDED_PANEL, PANELS = (MOST + PANEL - 1) / PANEL };
@@ -13,24 +15,10 @@ enum { ROWS = 36, MOST = 200, PANEL = NN_ROUNDED_PANEL, PANELS = (MOST + PANEL -
 
 struct layer {
     uint32_t n_out, n_in;
-    bool is_first, linear;
+    bool linear;
     float *x, *w, *b, *packed; /* tile of floats, [n_out][n_in + 2], [PANELS][PANEL] */
-    float *pairs;              /* tile of what x rounds to */
+    float *pairs;              /* tile of what x rounds to, and of NAN where nobody may look */
 };
-
-/* Features 2i and 2i + 1 of a row. */
-static float new_pair(const float *row, uint32_t i)
-{
-    uint32_t bits[2];
-    float pair;
-    for (uint32_t k = 0; k < 2; k++) {
-        const float x = nn_round(row[2 * i + k]);
-        memcpy(&bits[k], &x, sizeof x);
-    }
-    const uint32_t both = bits[0] >> 16 | bits[1];
-    memcpy(&pair, &both, sizeof pair);
-    return pair;
-}
 
 static double feature_of(const float *pairs, uint32_t k)
 {
@@ -42,9 +30,9 @@ static double feature_of(const float *pairs, uint32_t k)
     return (double)x;
 }
 
-static struct layer layer_new(uint32_t n_out, uint32_t n_in, bool is_first, bool linear)
+static struct layer layer_new(uint32_t n_out, uint32_t n_in, bool linear)
 {
-    struct layer l = {.n_out = n_out, .n_in = n_in, .is_first = is_first, .linear = linear};
+    struct layer l = {.n_out = n_out, .n_in = n_in, .linear = linear};
     l.x = toy_take(PANELS * STRIDE, sizeof(float));
     l.w = toy_take((size_t)n_out * (n_in + 2), sizeof(float));
     l.b = toy_take(PANELS * PANEL, sizeof(float));
@@ -53,10 +41,13 @@ static struct layer layer_new(uint32_t n_out, uint32_t n_in, bool is_first, bool
     toy_fill(l.w, (size_t)n_out * (n_in + 2), n_out);
     toy_fill(l.b, PANELS * PANEL, 3);
     l.pairs = toy_take(PANELS * STRIDE, sizeof(float));
-    for (size_t at = 0; at < PANELS * STRIDE; at += PANEL)
-        for (uint32_t i = 0; i < PANEL / 2; i++) l.pairs[at + i] = new_pair(l.x + at, i);
-    for (uint32_t k = n_in; k < (n_in + PANEL - 1) / PANEL * PANEL; k++) /* nobody's lanes */
-        for (size_t r = 0; r < ROWS; r++) l.x[k / PANEL * STRIDE + r * PANEL + k % PANEL] = NAN;
+    for (size_t k = 0; k < PANELS * STRIDE; k++) l.pairs[k] = NAN;
+    for (uint32_t k = 0; k < n_in; k += PANEL)
+        for (size_t r = 0; r < ROWS; r++) {
+            const size_t at = k / PANEL * STRIDE + r * PANEL;
+            const uint32_t n = n_in - k < PANEL ? n_in - k : PANEL;
+            nn_rounded_pack_pairs(l.pairs + at, l.x + at, (n + 1) / 2);
+        }
     for (uint32_t i = 0; i < (n_out + PANEL - 1) / PANEL; i++)
         nn_rounded_pack(l.packed + i * nn_rounded_count(n_in), l.w, n_in + 2, n_out, n_in, i);
     return l;
@@ -76,13 +67,13 @@ static void run(const struct nn_rounded *kernels, const struct layer *l, float *
     const struct nn_forward a = {.n_rows = ROWS,
                                  .n_out = l->n_out,
                                  .n_in = l->n_in,
-                                 .x = l->is_first ? l->x : l->pairs,
+                                 .x = l->pairs,
                                  .w = l->packed,
                                  .b = l->b,
                                  .y = y,
                                  .stride = STRIDE,
                                  .linear = l->linear};
-    kernels->forward(&a, l->is_first);
+    kernels->forward(&a);
 }
 
 static double exact(const struct layer *l, size_t r, uint32_t o, double *size)
@@ -104,9 +95,9 @@ static void compare(const struct nn_rounded *kernels)
     static const uint32_t sizes[][2] = {{64, 64}, {64, 61},    {1, 1},     {7, 2},
                                         {16, 3},  {33, 64},    {48, 128},  {64, 97},
                                         {65, 63}, {MOST, 130}, {128, MOST}};
-    for (size_t s = 0; s < 4 * (sizeof sizes / sizeof *sizes); s++) {
-        const uint32_t *size = sizes[s / 4];
-        struct layer l = layer_new(size[0], size[1], s % 2 != 0, s % 4 >= 2);
+    for (size_t s = 0; s < 2 * (sizeof sizes / sizeof *sizes); s++) {
+        const uint32_t *size = sizes[s / 2];
+        struct layer l = layer_new(size[0], size[1], s % 2 != 0);
         float *y = toy_take(PANELS * STRIDE, sizeof *y);
         run(kernels, &l, y);
         for (size_t r = 0; r < ROWS; r++)
@@ -137,6 +128,123 @@ static void fast_layers_are_right(void **state)
     compare(&nn_rounded_avx512bf16);
 }
 
+/* ---- Grids ---- */
+
+enum { POINTS = 37, PITCH = 4, GRID_TILE = 6 * (POINTS + 1) * PANEL, GUARD = 12345 };
+
+/* Half of them side by side, as pixels; some outside. */
+static void fill_positions(float positions[POINTS][PITCH])
+{
+    struct rng r = rng_keyed(1, 2, 3);
+    for (int i = 0; i < POINTS; i++)
+        for (int k = 0; k < PITCH; k++)
+            positions[i][k] = i < POINTS / 2 ? 1.1f * rng_float(&r) - 0.05f
+                                             : positions[i - 1][k] + 0.02f * rng_float(&r);
+    positions[1][0] = NAN;
+}
+
+/* Row by row, `count` numbers from `first` on are within the rounding of want(), and nothing else
+ * was written but what completes a pair. */
+static void check_tile(const char *name, const float *tile, uint32_t n, uint32_t first,
+                       uint32_t count, const float *want)
+{
+    static bool is_meant[GRID_TILE];
+    memset(is_meant, 0, sizeof is_meant);
+    for (uint32_t r = 0; r < n; r++)
+        for (uint32_t k = 0; k < count; k++) {
+            const size_t row = (first + k) / PANEL * (POINTS + 1) * PANEL + (size_t)r * PANEL;
+            const uint32_t at = (first + k) % PANEL;
+            const double x = (double)want[(size_t)r * count + k], got = feature_of(tile + row, at);
+            if (!(fabs(got - x) <= 0x1p-8 * fabs(x) + 1e-6))
+                fail_msg("%s, %u numbers from %u: row %u, number %u is %g, not %g", name, count,
+                         first, r, k, got, x);
+            is_meant[row + at / 2] = true;
+        }
+    for (size_t i = 0; i < GRID_TILE; i++)
+        if (!is_meant[i] && tile[i] != GUARD)
+            fail_msg("%s, %u numbers from %u: %zu was written", name, count, first, i);
+}
+
+static void compare_grids(const struct grid_kernels *kernels)
+{
+    static const struct grid_config configs[] = {
+        {.n_levels = 8, .log2_size = 9, .base = 4, .growth = 1.5f}, /* the last levels hashed */
+        {.n_levels = 3, .log2_size = 5, .base = 3, .growth = 1.7f},
+        {.n_levels = 11, .log2_size = 8, .base = 2, .growth = 1.4f},
+        {.n_levels = 16, .log2_size = 10, .base = 16, .growth = 2.0f},
+    };
+    static const uint32_t firsts[] = {0, 6, 16, 58, 64};
+    static float tile[GRID_TILE];
+    float positions[POINTS][PITCH];
+    fill_positions(positions);
+    for (size_t c = 0; c < sizeof configs / sizeof *configs; c++) {
+        struct grid g;
+        grid_init(&g, &configs[c]);
+        const size_t size = g.at[g.n_levels];
+        const uint32_t count = g.n_levels * GRID_FEATURES;
+        float *table = toy_take(size, sizeof *table), *pairs = toy_take(size, sizeof *pairs);
+        float *want = toy_take((size_t)POINTS * count, sizeof *want);
+        toy_fill(table, size, c);
+        for (size_t i = 0; i < size; i++) table[i] = nn_round(table[i]);
+        nn_rounded_pack_pairs(pairs, table, size / GRID_FEATURES);
+        for (size_t i = 0; i < POINTS; i++) grid_encode(&g, table, positions[i], want + i * count);
+        for (uint32_t n = 1; n <= POINTS; n += 6)
+            for (size_t i = 0; i < sizeof firsts / sizeof *firsts; i++) {
+                const struct grid_encode a = {.grid = &g,
+                                              .table = pairs,
+                                              .positions = positions[0],
+                                              .pitch = PITCH,
+                                              .n = n,
+                                              .first = firsts[i],
+                                              .tile = tile,
+                                              .stride = (size_t)(POINTS + 1) * PANEL,
+                                              .panel = PANEL};
+                for (size_t k = 0; k < GRID_TILE; k++) tile[k] = GUARD;
+                kernels->encode(&a);
+                check_tile(kernels->name, tile, n, firsts[i], count, want);
+            }
+        mem_free(table);
+        mem_free(pairs);
+        mem_free(want);
+    }
+}
+
+static void compare_features(const struct grid_kernels *kernels)
+{
+    static float tile[GRID_TILE];
+    for (uint32_t count = 1; count <= 3 * PANEL; count += 5)
+        for (uint32_t first = 0; first <= PANEL + 6; first += 14) {
+            float *rows = toy_take((size_t)POINTS * count, sizeof *rows);
+            toy_fill(rows, (size_t)POINTS * count, count);
+            const struct grid_spread a = {.rows = rows,
+                                          .n = POINTS,
+                                          .count = count,
+                                          .first = first,
+                                          .tile = tile,
+                                          .stride = (size_t)(POINTS + 1) * PANEL,
+                                          .panel = PANEL};
+            for (size_t k = 0; k < GRID_TILE; k++) tile[k] = GUARD;
+            kernels->spread(&a);
+            check_tile(kernels->name, tile, POINTS, first, count, rows);
+            mem_free(rows);
+        }
+}
+
+static void plain_grids_are_right(void **state)
+{
+    (void)state;
+    compare_grids(&grid_rounded_ref);
+    compare_features(&grid_rounded_ref);
+}
+
+static void fast_grids_are_right(void **state)
+{
+    (void)state;
+    if (!(cpu_detect() & CPU_AVX512BF16)) skip();
+    compare_grids(&grid_rounded_avx512bf16);
+    compare_features(&grid_rounded_avx512bf16);
+}
+
 static void numbers_are_rounded_to_the_nearest(void **state)
 {
     (void)state;
@@ -162,6 +270,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(plain_layers_are_right),
         cmocka_unit_test(fast_layers_are_right),
+        cmocka_unit_test(plain_grids_are_right),
+        cmocka_unit_test(fast_grids_are_right),
         cmocka_unit_test(numbers_are_rounded_to_the_nearest),
         cmocka_unit_test(sets_are_chosen_where_they_gain),
     };

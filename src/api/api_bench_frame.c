@@ -186,7 +186,7 @@ static lmn_status time_field(struct bench *b, const struct sight *sight, uint32_
     *config = sight_field(sight);
     config->grid = learner_grid();
     config->width = b->o->width ? b->o->width : 64;
-    config->depth = b->o->depth != BENCH_ANY ? b->o->depth : 2;
+    config->depth = b->o->depth != BENCH_ANY ? b->o->depth : 3;
     if (n_variables > 0) config->n_variables = n_variables;
     TRY(field_new(config, b->context->pool, b->context->cpu, &field, err));
     field_init(field, 1);

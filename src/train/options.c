@@ -126,7 +126,7 @@ void options_init_method(lmn_train_options *o, uint32_t method)
     o->method = method;
     if (method != LMN_METHOD_IMPROVED) return;
     o->width = 64;
-    o->depth = 2;
+    o->depth = 3;
     o->learning_rate = 5e-3;
     o->spp = 8;
     o->integrator = LMN_INTEGRATOR_AUTO;

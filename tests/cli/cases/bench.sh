@@ -15,7 +15,7 @@ json 'all(r["change_s"] > 0 and r["load_s"] > 0 and r["build_s"] > 0 for r in d[
 json 'd["results"][0]["frame_s"] > 0 and d["results"][0]["network_s"] > 0 and d["results"][0]["variables"] == 6' <f.json
 json 'd["results"][0]["method"] == "faithful" and d["results"][0]["width"] == 16' <f.json
 "$lumenaut" bench frame "$scene" --runs 2 -q --json --size 70x50 -P slide=50% >f.json
-json 'd["results"][0]["method"] == "improved" and d["results"][0]["width"] == 64 and d["results"][0]["depth"] == 2' <f.json
+json 'd["results"][0]["method"] == "improved" and d["results"][0]["width"] == 64 and d["results"][0]["depth"] == 3' <f.json
 json 'd["results"][0]["network_s"] >= d["results"][0]["layers_s"] > 0 and d["results"][0]["share_of_peak"] > 0' <f.json
 json 'd["results"][0]["frame_s"] > sum(d["results"][0][k + "_s"] for k in ("buffers", "look", "network", "tone")) * 0.5' <f.json
 json 'all(d["results"][0][k + "_s"] > 0 for k in ("buffers", "look", "encode", "tone"))' <f.json

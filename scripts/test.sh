@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # test.sh [--lint | --long]: builds, runs tests and house rules, and ends with one line of counts,
 # `N passed, N failed, N skipped`. Fails when anything failed.
-#   (default)  all but `long` tests; house rules; all but `slow` and `long` tests under ASan+UBSan
+#   (default)  all but `long` tests; house rules; all but `heavy`, `slow` and `long` ones under ASan+UBSan
 #   --lint     house rules only
 #   --long     every test, every test under ASan+UBSan, TSan on all but `slow` and `long` ones
 set -u
@@ -85,7 +85,7 @@ case $mode in
     # Objects are enough for warnings; GCC's optimizer warns in the ASan build, which is -Werror too.
     check "warnings: gcc" sh scripts/build.sh dev lumenaut_internal
     check "warnings: clang" sh scripts/build.sh clang
-    suite asan -LE 'slow|long'
+    suite asan -LE 'heavy|slow|long'
     ;;
 esac
 

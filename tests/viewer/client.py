@@ -8,6 +8,7 @@
 import base64
 import json
 import os
+import random
 import socket
 import struct
 import subprocess
@@ -168,10 +169,26 @@ class Client:
         raise TimeoutError
 
 
-class Viewer:
-    """A running `lumenaut view`, or another command that serves the page."""
+def own_port():
+    """A free port no other test takes while its viewer closes and comes back: neither one of the
+    first free from 8750 on, nor one the system gives to clients."""
+    while True:
+        port = random.randrange(10000, 30000)
+        with socket.socket() as s:
+            try:
+                s.bind(("127.0.0.1", port))
+                return port
+            except OSError:
+                pass
 
-    def __init__(self, lumenaut, *arguments, command="view"):
+
+class Viewer:
+    """A running `lumenaut view`, or another command that serves the page, at a port of its own
+    where the arguments name none and its default is not asked for."""
+
+    def __init__(self, lumenaut, *arguments, command="view", default_port=False):
+        if not default_port and "--port" not in arguments:
+            arguments += ("--port", str(own_port()))
         self.process = subprocess.Popen([lumenaut, command, *arguments], stderr=subprocess.PIPE,
                                         text=True)
         self.url = ""

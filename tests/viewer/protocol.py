@@ -265,8 +265,8 @@ def check_token(lumenaut):
 
 
 def check_ports(lumenaut):
-    with Viewer(lumenaut, SCENE) as first:
-        with Viewer(lumenaut, SCENE) as second:
+    with Viewer(lumenaut, SCENE, default_port=True) as first:
+        with Viewer(lumenaut, SCENE, default_port=True) as second:
             assert first.port != second.port
         taken = subprocess.run([lumenaut, "view", SCENE, "--port", str(first.port)], capture_output=True,
                                text=True, timeout=60)

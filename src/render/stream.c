@@ -315,10 +315,19 @@ static uint32_t wanted_numbers(const struct stream *s, const struct view *v,
     return (has_lobes ? STREAM_LOBE : 0) | (has_roulette ? STREAM_ROULETTE : 0);
 }
 
+static void count(const struct stream *s, int32_t depth)
+{
+    uint64_t n = 0;
+    for (uint32_t i = 0; i < s->n; i++) n += s->is_alive[i];
+    if (depth == 1) s->lengths->second += n;
+    if (depth > 1) s->lengths->later += n;
+}
+
 void stream_trace(struct stream *s, const struct view *v, const struct trace_settings *t)
 {
     if (t->max_depth == 0) return;
     for (int32_t depth = 0; stream_arrive(s, v, t, depth); depth++) {
+        if (s->lengths) count(s, depth);
         if (s->ends && depth > 0 && !buffers_cut_paths(v, t, s, depth)) return;
         if (t->photons[0]) stream_gather(s, t, depth);
         v->world->kernels->draw(s, t->sampler, path_dimension(depth),

@@ -177,7 +177,8 @@ struct stream {
     uint32_t is_chain[STREAM_SIZE]; /* carried: the path is still on its chain */
     size_t group_stride, place[STREAM_SIZE];
 
-    struct path_ends *ends; /* NULL: paths are not cut */
+    struct path_ends *ends;       /* NULL: paths are not cut */
+    struct path_lengths *lengths; /* NULL: nobody counts */
     uint32_t first_sample;
 };
 

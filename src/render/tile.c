@@ -190,6 +190,7 @@ void tile_trace_streams(const struct job *j, struct tile *tile)
     stream.chain_group = j->out.groups ? j->out.chain_group : 0;
     stream.group_stride = group_stride(j);
     stream.ends = j->out.ends;
+    stream.lengths = j->out.lengths;
     stream.first_sample = j->settings.first_sample;
     for (uint32_t pixel = 0; pixel < tile->width * tile->height; pixel++) {
         const struct pixel_at at = tile_pixel(tile, pixel);

@@ -127,6 +127,11 @@ struct path_ends {
     float *buffers; /* [capacity][BUFFER_CHANNELS], as if the ray came from a camera */
 };
 
+/* How many surfaces light paths scatter at beyond their first, which pixels see. */
+struct path_lengths {
+    uint64_t second, later; /* second ones, and all after those */
+};
+
 /* Where results go; row-major over the window. Any pointer may be NULL: that part is not computed
  * (with color, half_a and half_b all NULL no light path is traced: buffers only). */
 struct trace_output {
@@ -146,7 +151,8 @@ struct trace_output {
     /* Not NULL: paths are cut, what lies beyond their ends is left out of all light, and the ends
      * are appended here, in an order of no meaning. On one thread. */
     struct path_ends *ends;
-    struct trace_clock *clock; /* NULL, or what to add to */
+    struct path_lengths *lengths; /* NULL, or what to add to; on one thread, paths not cut */
+    struct trace_clock *clock;    /* NULL, or what to add to */
 };
 
 /* Traces a window on the calling thread. The picture is a function of (state, settings, pixel). */

@@ -24,7 +24,7 @@ struct learner_options {
     uint32_t n_looks; /* exploration: pixels of each that are looked at to choose them; 0: none */
     double children; /* exploration: share of configurations near bad ones. By default both are off:
                         neither has paid (docs/algorithm.md) */
-    uint32_t n_roots;     /* of these: roots of tails.h; 0: paths are not cut */
+    uint32_t n_roots;     /* of these: roots of tails.h, where paths are long; 0: never cut */
     uint32_t n_photons;   /* for each half of a configuration's samples; 0: paths alone */
     uint64_t cut_after;   /* steps: a network that knows nothing would be believed */
     uint32_t n_batch;     /* configurations per step to train on: n_fresh or more */

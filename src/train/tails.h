@@ -13,6 +13,9 @@
  * The network must know surfaces that no camera sees: some pixels of each configuration are roots,
  * rays that met an end. Scenes count a bounded number of bounces, so that what an end scatters is
  * less than what a camera sees there: the network is told how many are left.
+ *
+ * An end costs what tracing some more surfaces does, so paths of open or shallow scenes are traced
+ * whole: END_COST in learner.c.
  */
 struct tails;
 

@@ -28,14 +28,12 @@ static void scatter(struct pixel_at *pixels)
         pixels[i] = (struct pixel_at){rng_below(&r, WIDTH), rng_below(&r, HEIGHT)};
 }
 
-/* A closed box with a lamp, a metal that is passed on and one that is rough enough to end at. */
-static struct made_scene *made_box(void)
+/* A closed box with a lamp. */
+static struct made_scene *made_empty_box(void)
 {
     struct made_scene *m = made_scene_new();
     const uint32_t white = made_diffuse(m, vec3(0.7f, 0.6f, 0.5f));
     const uint32_t lamp = made_emitter(m, EMITTER_AREA, vec3(9, 8, 7));
-    const uint32_t sharp = made_rough(m, BSDF_ROUGH_CONDUCTOR, MICROFACET_GGX, 0.1f);
-    const uint32_t blunt = made_rough(m, BSDF_ROUGH_CONDUCTOR, MICROFACET_GGX, 0.8f);
     const struct vec3 x = {4, 0, 0}, y = {0, 4, 0}, z = {0, 0, 4};
     made_quad(m, vec3(-2, -2, -2), x, y, white, SCENE_NONE);
     made_quad(m, vec3(-2, -2, 2), y, x, white, SCENE_NONE);
@@ -44,9 +42,18 @@ static struct made_scene *made_box(void)
     made_quad(m, vec3(-2, -2, -2), z, x, white, SCENE_NONE);
     made_quad(m, vec3(-2, 2, -2), x, z, white, SCENE_NONE);
     made_quad(m, vec3(-1, 1.9f, -1), vec3(2, 0, 0), vec3(0, 0, 2), white, lamp);
+    made_camera(m, vec3(0, 0, 1.9f), vec3(0, -0.4f, 0), 70, WIDTH, HEIGHT);
+    return m;
+}
+
+/* In it a metal that is passed on and one that is rough enough to end at. */
+static struct made_scene *made_box(void)
+{
+    struct made_scene *m = made_empty_box();
+    const uint32_t sharp = made_rough(m, BSDF_ROUGH_CONDUCTOR, MICROFACET_GGX, 0.1f);
+    const uint32_t blunt = made_rough(m, BSDF_ROUGH_CONDUCTOR, MICROFACET_GGX, 0.8f);
     made_sphere(m, vec3(-0.8f, -1.2f, 0), 0.7f, sharp, SCENE_NONE);
     made_sphere(m, vec3(0.9f, -1.2f, 0), 0.7f, blunt, SCENE_NONE);
-    made_camera(m, vec3(0, 0, 1.9f), vec3(0, -0.4f, 0), 70, WIDTH, HEIGHT);
     return m;
 }
 
@@ -193,6 +200,33 @@ static void lists_are_bounded(void **state)
     made_scene_free(m);
 }
 
+/* Without roulette each path in a closed box scatters as often as it may, but for the few that get
+ * behind the lamp; its last ray only looks for what shines. */
+static void lengths_are_counted(void **state)
+{
+    (void)state;
+    static float color[2][N][3];
+    struct pixel_at pixels[N];
+    struct made_scene *m = made_empty_box();
+    struct view *v = made_view(m);
+    const uint64_t paths = (uint64_t)N * 4;
+    scatter(pixels);
+    for (int32_t depth = 1; depth <= DEPTH; depth++) {
+        const struct trace_settings t = made_settings(m, depth, 4);
+        struct path_lengths lengths = {0};
+        struct trace_output out = {.color = color[0][0]};
+        view_trace_pixels(v, &t, WIDTH, HEIGHT, pixels, N, &out);
+        out = (struct trace_output){.color = color[1][0], .lengths = &lengths};
+        view_trace_pixels(v, &t, WIDTH, HEIGHT, pixels, N, &out);
+        assert_memory_equal(color[0], color[1], sizeof color[0]);
+        const uint64_t second = depth > 2 ? paths : 0;
+        const uint64_t later = depth > 3 ? paths * (uint64_t)(depth - 3) : 0;
+        assert_in_range(lengths.second, second - second / 50, second);
+        assert_in_range(lengths.later, later - later / 50, later);
+    }
+    made_scene_free(m);
+}
+
 /* Rays in place of pixels: the camera's own give the same light, up to noise, and the same
  * buffers. */
 static void rays_stand_for_pixels(void **state)
@@ -235,9 +269,9 @@ static void rays_stand_for_pixels(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(nothing_is_lost),       cmocka_unit_test(nothing_is_lost_with_photons),
-        cmocka_unit_test(ends_are_seen),         cmocka_unit_test(lists_are_bounded),
-        cmocka_unit_test(rays_stand_for_pixels),
+        cmocka_unit_test(nothing_is_lost),     cmocka_unit_test(nothing_is_lost_with_photons),
+        cmocka_unit_test(ends_are_seen),       cmocka_unit_test(lists_are_bounded),
+        cmocka_unit_test(lengths_are_counted), cmocka_unit_test(rays_stand_for_pixels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

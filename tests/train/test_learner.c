@@ -273,6 +273,39 @@ static void pictures_count_the_bounces_of_training(void **state)
     assert_memory_equal(pictures[0], pictures[1], sizeof pictures[0]);
 }
 
+/* Light paths end early where that spares much: in a closed room, and not in the open. */
+static void only_long_paths_end_early(void **state)
+{
+    static const char open[] = "<shape type=\"rectangle\" id=\"back\">";
+    static const char closed[] =
+        "<shape type=\"sphere\" id=\"dome\"><float name=\"radius\" value=\"6\"/>"
+        "<boolean name=\"flip_normals\" value=\"true\"/><bsdf type=\"diffuse\"/></shape>"
+        "<shape type=\"rectangle\" id=\"back\">";
+    static float pictures[3][N];
+    (void)state;
+    tiny_edit(&tiny, "max_depth\" value=\"3\"", "max_depth\" value=\"8\"");
+    for (int is_closed = 0; is_closed < 2; is_closed++) {
+        if (is_closed) tiny_edit(&tiny, open, closed);
+        for (int k = 0; k < 3; k++) { /* may end early, with threads, may not */
+            struct learner *l;
+            struct error err = {{0}};
+            struct learner_options o = short_options();
+            if (k == 2) o.n_roots = 0;
+            tiny_set_threads(&tiny, k == 1 ? 3 : 1);
+            if (make_with(&o, &l, &err) != LMN_OK) fail_msg("%s", err.text);
+            run(l, 5);
+            paint(l, 0, pictures[k]);
+            learner_free(l);
+        }
+        const bool ends = memcmp(pictures[0], pictures[2], sizeof pictures[0]) != 0;
+        assert_int_equal(ends, is_closed);
+        assert_memory_equal(pictures[0], pictures[1], sizeof pictures[0]);
+    }
+    tiny_set_threads(&tiny, 2);
+    tiny_edit(&tiny, closed, open);
+    tiny_edit(&tiny, "max_depth\" value=\"8\"", "max_depth\" value=\"3\"");
+}
+
 /* The ring of configurations comes round. */
 static void memory_is_bounded(void **state)
 {
@@ -335,6 +368,7 @@ int main(void)
         cmocka_unit_test(failed_steps_change_nothing),
         cmocka_unit_test(mirrors_are_looked_through),
         cmocka_unit_test(pictures_count_the_bounces_of_training),
+        cmocka_unit_test(only_long_paths_end_early),
     };
     return cmocka_run_group_tests(tests, tiny_setup, tiny_teardown);
 }

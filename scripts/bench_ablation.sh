@@ -16,7 +16,7 @@ learn() { # learn OUT METHODS [OPTION...] -- SCENE...
         --out "build/learn/$out" --tests build/learn/tests "$@"
 }
 
-parts=improved:resolution_max=600 # pixels of pictures instead of points
+parts=uniform,improved:resolution_max=600 # exploration off; pixels of pictures instead of points
 for part in 1 2 4 8 16 32 64 128 256; do # LMN_WITHOUT_* of lumenaut.h
     parts=$parts,improved:without=$part
 done

@@ -305,8 +305,9 @@ enum {
 
 enum {
     LMN_EXPLORE_ACTIVE = 0,   /* Markov chains by loss x norm of the would-be Adam step; improved:
-                                 its own way */
-    LMN_EXPLORE_UNIFORM = 1,  /* the paper's baseline: large steps only, all accepted */
+                                 uniform configurations, more pixels where light is focused */
+    LMN_EXPLORE_UNIFORM = 1,  /* the paper's baseline: large steps only, all accepted; improved:
+                                 uniform pixels of uniform configurations */
     LMN_EXPLORE_LOSS_ONLY = 2 /* the paper's ablation: target function without the Adam step; not
                                  of the improved method */
 };

@@ -72,3 +72,15 @@ struct ray camera_ray_any(const struct camera *c, float x, float y, float u, flo
     if (!(inverse > 0.0f && near < 1e17f)) return (struct ray){c->origin, 0.0f, c->ahead, 0.0f};
     return (struct ray){vec3_madd(vec3_add(c->origin, lens), d, near), 0.0f, d, far - near};
 }
+
+bool camera_project(const struct camera *c, struct vec3 p, float *x, float *y)
+{
+    struct vec3 q = vec3_sub(p, c->origin);
+    const float depth = vec3_dot(q, c->ahead);
+    if (!(depth > 0.0f)) return false;
+    if (c->kind != SENSOR_ORTHOGRAPHIC) q = vec3_scale(q, 1.0f / depth);
+    q = vec3_sub(q, c->corner);
+    *x = vec3_dot(q, c->step_x) / vec3_dot(c->step_x, c->step_x);
+    *y = vec3_dot(q, c->step_y) / vec3_dot(c->step_y, c->step_y);
+    return true;
+}

@@ -36,4 +36,8 @@ static inline struct ray camera_ray(const struct camera *c, float x, float y, fl
 struct ray camera_ray_any(const struct camera *c, float x, float y, float u, float v,
                           float *offset);
 
+/* Where a point is in the picture, in pixels; false: behind the camera. Of a thin lens, where its
+ * middle sees it. */
+bool camera_project(const struct camera *c, struct vec3 p, float *x, float *y);
+
 #endif

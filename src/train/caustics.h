@@ -21,7 +21,9 @@ uint64_t caustics_memory_size(const struct caustics *c);
 
 /* Photons of the view's configuration, keyed by the settings' seed, on the calling thread. Each
  * spreads over a circle with a few others: what is focused stays sharp, and what is not makes
- * little noise. */
-void caustics_trace(struct caustics *c, const struct view *v, const struct trace_settings *t);
+ * little noise. Circles shrink with the training's steps, whose network averages over more and more
+ * of them, as those of passes do (Knaus & Zwicker 2011), so that no blur stays. */
+void caustics_trace(struct caustics *c, const struct view *v, const struct trace_settings *t,
+                    uint64_t step);
 
 #endif

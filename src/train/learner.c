@@ -10,6 +10,7 @@
 #include "base/rng.h"
 #include "scene/assign.h"
 #include "train/caustics.h"
+#include "train/guide.h"
 #include "train/inputs.h"
 #include "train/scout.h"
 #include "train/tails.h"
@@ -22,6 +23,7 @@ enum {
     STREAM_WEIGHTS = 0x77656967,
     STREAM_ROOTS = 0x726f6f74,
     STREAM_PHOTONS = 0x70686f74,
+    STREAM_GUIDE = 0x67756964,
     STREAM_CHAINS = 0x63686169,
     STREAM_LENGTHS = 0x6c656e67
 };
@@ -40,13 +42,15 @@ enum {
 struct desk {
     struct view *view;
     struct scene_state state;
-    float *u;               /* [variables of the scene] */
-    float *color, *groups;  /* [n_pixels][3], [2 n_lights][n_pixels][3] */
-    float *buffers;         /* [2][n_pixels][BUFFER_CHANNELS] */
-    struct chain_end *ends; /* [n_pixels], where sight follows chains */
-    struct ray *rays;       /* [n_pixels]: behind them, and roots */
-    float *bounces;         /* [n_pixels] */
+    float *u;                /* [variables of the scene] */
+    float *color, *groups;   /* [n_pixels][3], [2 n_lights][n_pixels][3] */
+    float *buffers;          /* [2][n_pixels][BUFFER_CHANNELS] */
+    struct chain_end *ends;  /* [n_pixels], where sight follows chains */
+    struct ray *rays;        /* [n_pixels]: behind them, and roots */
+    float *bounces;          /* [n_pixels] */
+    struct pixel_at *pixels; /* [n_pixels] */
     struct caustics caustics;
+    struct guide guide;
 };
 
 /* A batch as the network takes it; owned. */
@@ -124,10 +128,16 @@ static void *take(struct learner *l, size_t count, size_t size, bool *is_short)
     return block;
 }
 
+static bool is_guided(const struct learner *l)
+{
+    return l->options.explores && l->options.n_photons / 2 > 0;
+}
+
 static lmn_status take_desk(struct learner *l, struct desk *d, struct error *err)
 {
     const size_t n = l->options.n_pixels;
     bool is_short = false;
+    d->pixels = take(l, n, sizeof *d->pixels, &is_short);
     d->u = take(l, (size_t)l->place.scene->n_variables + 1, sizeof *d->u, &is_short);
     d->color = take(l, n, sizeof(float[3]), &is_short);
     d->groups = take(l, 2 * n * l->sight.powers.n, sizeof(float[3]), &is_short);
@@ -140,6 +150,10 @@ static lmn_status take_desk(struct learner *l, struct desk *d, struct error *err
     if (status == LMN_OK && l->options.n_photons > 0) {
         status = caustics_init(&d->caustics, l->options.n_photons, err);
         if (status == LMN_OK) l->stats.memory_bytes += caustics_memory_size(&d->caustics);
+    }
+    if (status == LMN_OK && is_guided(l)) {
+        status = guide_init(&d->guide, l->options.n_photons / 2, err);
+        if (status == LMN_OK) l->stats.memory_bytes += guide_memory_size(&d->guide);
     }
     return status == LMN_OK ? view_new(l->place.world, &d->view, err) : status;
 }
@@ -283,6 +297,7 @@ void learner_free(struct learner *l)
         struct desk *d = &l->desks[i];
         view_free(d->view);
         scene_state_release(&d->state);
+        mem_free(d->pixels);
         mem_free(d->u);
         mem_free(d->color);
         mem_free(d->groups);
@@ -291,6 +306,7 @@ void learner_free(struct learner *l)
         mem_free(d->rays);
         mem_free(d->bounces);
         caustics_release(&d->caustics);
+        guide_release(&d->guide);
     }
     const struct batch *b = &l->batch;
     void *const blocks[] = {l->desks,   l->views,  l->gradient, l->average,   l->kept,     b->slots,
@@ -364,8 +380,7 @@ static void trace_half(struct learner *l, struct desk *d, const struct errand *e
     if (e->rays)
         view_trace_rays(d->view, &t, e->rays, n, &output);
     else
-        view_trace_pixels(d->view, &t, l->width, l->height, scout_pixels(l->scout, e->item), n,
-                          &output);
+        view_trace_pixels(d->view, &t, l->width, l->height, d->pixels, n, &output);
     if (n_lights == 1)
         sight_targets(d->color, buffers, n, out);
     else
@@ -391,7 +406,7 @@ static void trace_chains(struct learner *l, struct desk *d, const struct errand 
     const int32_t most = l->trace.max_depth;
     struct trace_settings t = l->trace;
     t.seed = rng_keyed(l->options.seed ^ STREAM_CHAINS, l->memory.n_added + item, 0).state;
-    view_follow_pixels(d->view, &t, l->width, l->height, scout_pixels(l->scout, item), n, d->ends);
+    view_follow_pixels(d->view, &t, l->width, l->height, d->pixels, n, d->ends);
     for (uint32_t length = 0, k = 0; k < n; length++) {
         struct errand e = *pixels;
         e.rays = d->rays + k;
@@ -442,7 +457,19 @@ static void trace_photons(const struct learner *l, struct desk *d, uint32_t item
 {
     struct trace_settings t = l->trace;
     t.seed = rng_keyed(l->options.seed ^ STREAM_PHOTONS, l->memory.n_added + item, 0).state;
-    caustics_trace(&d->caustics, d->view, &t);
+    caustics_trace(&d->caustics, d->view, &t, l->stats.step);
+}
+
+/* Those of the scout, some of them moved to caustics. */
+static void choose_pixels(const struct learner *l, struct desk *d, uint32_t item)
+{
+    const uint32_t n = l->options.n_pixels;
+    memcpy(d->pixels, scout_pixels(l->scout, item), n * sizeof *d->pixels);
+    if (!is_guided(l)) return;
+    struct trace_settings t = l->trace;
+    struct rng r = rng_keyed(l->options.seed ^ STREAM_GUIDE, l->memory.n_added + item, 0);
+    t.seed = rng_keyed(l->options.seed ^ STREAM_GUIDE, l->memory.n_added + item, 1).state;
+    guide_pixels(&d->guide, d->view, &t, l->width, l->height, &r, d->pixels, n);
 }
 
 /* The i-th of the step, into the memory's next slots. */
@@ -464,6 +491,7 @@ static void trace_configuration(void *ctx, uint32_t item, uint32_t worker)
                        .max_depth = l->trace.max_depth,
                        .part = PART_PIXELS};
     view_set(d->view, u);
+    choose_pixels(l, d, item);
     if (l->options.n_photons > 0) trace_photons(l, d, item);
     if (is_cut) tails_clear(l->tails, item);
     if (l->sight.follows_delta) {

@@ -23,15 +23,16 @@ struct learner_options {
     uint32_t spp;          /* of each pixel; rounded up to a multiple of 4 */
     uint32_t n_looks; /* exploration: pixels of each that are looked at to choose them; 0: none */
     double children; /* exploration: share of configurations near bad ones. By default both are off:
-                        neither has paid (docs/algorithm.md) */
+                        neither has paid (docs/algorithm.md), unlike guide.h */
     uint32_t n_roots;     /* of these: roots of tails.h, where paths are long; 0: never cut */
-    uint32_t n_photons;   /* for each half of a configuration's samples; 0: paths alone */
+    uint32_t n_photons;   /* for each half of a configuration's samples, and for its pixels half as
+                             many (guide.h); 0: paths alone, uniform pixels */
     uint64_t cut_after;   /* steps: a network that knows nothing would be believed */
     uint32_t n_batch;     /* configurations per step to train on: n_fresh or more */
     uint32_t memory_mib;  /* bound of the memory of pixels */
     uint32_t resolution;  /* of the pictures that pixels are drawn from, longer side: so large that
                              they are points, as half a pixel of another surface teaches nothing */
-    bool explores;        /* false: new configurations are uniform draws */
+    bool explores;        /* false: uniform pixels of uniform configurations */
     double learning_rate; /* of layers; tables learn TABLE_RATE times as fast */
     double warm_steps;    /* the rate falls as 1 / sqrt(1 + step / warm_steps) */
     double average;       /* weights shown are an average over this share of all steps */

@@ -158,6 +158,29 @@ static void crops_and_shifts(void **state)
     }
 }
 
+/* What a ray through the middle of the lens meets is projected to where the ray came from. */
+static void points_are_projected_back(void **state)
+{
+    (void)state;
+    for (int kind = SENSOR_PERSPECTIVE; kind <= SENSOR_ORTHOGRAPHIC; kind++) {
+        struct sensor s = make_sensor((enum sensor_kind)kind);
+        s.shift_x = 0.1f;
+        s.crop.left = 0.2f;
+        const struct camera c = make_camera(&s);
+        struct rng rng = rng_keyed(3, (uint64_t)kind, 0);
+        for (int i = 0; i < 200; i++) {
+            const float x = WIDTH * rng_float(&rng), y = HEIGHT * rng_float(&rng);
+            float offset, to_x, to_y;
+            const struct ray r = camera_ray_any(&c, x, y, 0.5f, 0.5f, &offset);
+            const struct vec3 p = vec3_madd(r.o, r.d, 15 * rng_float(&rng));
+            assert_true(camera_project(&c, p, &to_x, &to_y));
+            assert_float_equal(to_x, x, 1e-3);
+            assert_float_equal(to_y, y, 1e-3);
+            assert_false(camera_project(&c, vec3_madd(c.origin, r.d, -1), &to_x, &to_y));
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -165,6 +188,7 @@ int main(void)
         cmocka_unit_test(corners_are_where_they_should),
         cmocka_unit_test(lenses_focus),
         cmocka_unit_test(crops_and_shifts),
+        cmocka_unit_test(points_are_projected_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -150,7 +150,8 @@ static const struct arg_option explore_options[] = {
     {.name = "explore",
      .type = ARG_CHOICE,
      .argument = "HOW",
-     .help = "where new configurations come from",
+     .help = "where new configurations come from; improved: whether more pixels go to where light "
+             "is focused (active) or not (uniform)",
      .choices = "active uniform loss-only",
      .offset = offsetof(lmn_train_options, explore)},
     {.name = "chains",
